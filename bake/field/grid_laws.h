@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "bake/field/light_field.h"
+
+namespace photic {
+
+/// Net power out of the box of voxels [min, max] (inclusive) divided by the sum of absolute power through its six sides;
+/// 0 without absorption. Face flux is taken in the voxels on either side of the face, averaged.
+double netFluxThroughBox(const LightField& field, const glm::ivec3& min, const glm::ivec3& max);
+
+/// Downward power [W] through each z layer of voxels: -sum of (flux . area vector), one value per layer of the frame,
+/// world normal of the layer's plane. Constant for periodic or fully contained light without absorption.
+std::vector<double> layerPower(const LightField& field);
+
+/// Checks of a field, each in words with its figure: finite values, irradiance >= 0, |flux| <= irradiance.
+struct LawCheck {
+    std::string name;
+    double value = 0, limit = 0;
+    bool holds = false;
+};
+std::vector<LawCheck> checkLaws(const LightField& field);
+
+}  // namespace photic

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+
+#include "bake/field/needed_voxels.h"
+#include "bake/report/monitor.h"
+#include "bake/scene/scene.h"
+
+namespace photic {
+
+/// The scene's voxel grid: domain, voxel size, shear ("light": the strongest light's mean refracted direction).
+/// World (0,0,0) maps to a fixed place relative to voxel corners whatever the domain, so tiles of a bake line up:
+/// without shear, voxel (i,j,k) covers [i h, (i+1) h] x ... and is centred at (i + 1/2) h.
+/// @throws Error{Input} for a box of more than 2^38 voxels or an empty one
+GridFrame sceneFrame(const Scene& scene);
+
+/// The voxels that the scene's `where` asks for: everything, a band around receivers, or the medium below the surface.
+NeededVoxels sceneNeededVoxels(const Scene& scene, const GridFrame& frame, Monitor& monitor);
+
+/// Visits leaves in parallel: body(slot).
+void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body);
+
+}  // namespace photic

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "bake/file/vdb.h"
+#include "bake/image/image.h"
+#include "bake/scene/scene.h"
+
+namespace photic {
+
+/// A rectangle in the world that a picture is taken of: texel (x, y), top row first, is centred at
+/// origin + (x + 1/2) / width * across + (1 - (y + 1/2) / height) * up.
+struct PictureFrame {
+    glm::dvec3 origin{0}, across{0}, up{0};    ///< [m]
+    glm::dvec3 normal{0, 0, 1};                ///< unit, towards the light's side
+    int width = 512, height = 512;
+};
+
+/// Irradiance on the receiver rectangle, looked up trilinearly in the volume:
+/// E_c = irradiance_c * max(0, -n . direction) [W/m2]. 1 or 3 channels.
+Image receiverPicture(const LightVolume& volume, const PictureFrame& frame);
+
+/// One layer of voxels, unfiltered: fluence rate [W/m2]. axis 0..2, layer in index units.
+Image slicePicture(const LightVolume& volume, int axis, int layer);
+
+/// Mean of the fluence rate along an axis [W/m2]: an x-ray.
+Image xrayPicture(const LightVolume& volume, int axis);
+
+/// The rectangle of a planar receiver within the domain.
+/// @throws Error{Input} when `name` is no planar receiver (lists those that are)
+PictureFrame receiverFrame(const Scene& scene, const std::string& name, int resolution);
+
+}  // namespace photic

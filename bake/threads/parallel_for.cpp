@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/threads/parallel_for.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#ifndef PHOTIC_STD_THREADS
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+#endif
+
+namespace photic {
+namespace {
+std::atomic<int> g_threads{0};
+}
+
+int threadCount() {
+    const int set = g_threads.load();
+    return set > 0 ? set : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+#ifdef PHOTIC_STD_THREADS
+
+void setThreadCount(int count) { g_threads = count; }
+
+void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
+    std::atomic<std::int64_t> next{0};
+    std::exception_ptr failure;
+    std::mutex failure_mutex;
+    const auto work = [&] {
+        for (std::int64_t i; (i = next.fetch_add(1)) < count;) {
+            try {
+                body(i);
+            } catch (...) {
+                const std::lock_guard lock(failure_mutex);
+                if (!failure) failure = std::current_exception();
+                next = count;
+            }
+        }
+    };
+    std::vector<std::thread> pool;
+    for (int t = 1; t < std::min<std::int64_t>(threadCount(), count); ++t) pool.emplace_back(work);
+    work();
+    for (auto& t : pool) t.join();
+    if (failure) std::rethrow_exception(failure);
+}
+
+#else
+
+namespace {
+std::unique_ptr<tbb::global_control> g_limit;
+}
+
+void setThreadCount(int count) {
+    g_threads = count;
+    g_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    static_cast<std::size_t>(threadCount()));
+}
+
+void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
+    if (threadCount() == 1 || count < 2) {
+        for (std::int64_t i = 0; i < count; ++i) body(i);
+        return;
+    }
+    tbb::parallel_for(
+        std::int64_t{0}, count, [&](std::int64_t i) { body(i); }, tbb::simple_partitioner{});
+}
+
+#endif
+
+}  // namespace photic
