@@ -1,1 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
+# `cmake --install` gives the program, the rooms as static libraries with their headers, and a package for find_package(photic).
+include(CMakePackageConfigHelpers)
+
+set(photic_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/photic)
+get_property(photic_rooms GLOBAL PROPERTY PHOTIC_ROOMS)
+
+install(TARGETS ${photic_rooms} EXPORT photic_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT photic_targets NAMESPACE photic:: DESTINATION ${photic_package_dir})
+if(TARGET photic)
+  install(TARGETS photic RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# Headers keep their rooms: include/photic/bake/scene/scene.h is included as "bake/scene/scene.h".
+install(DIRECTORY bake DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE)
+install(DIRECTORY runtime/format DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic/runtime FILES_MATCHING PATTERN "*.h")
+install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+configure_package_config_file(cmake/photic-config.cmake.in ${CMAKE_BINARY_DIR}/photic-config.cmake
+  INSTALL_DESTINATION ${photic_package_dir})
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/photic-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/photic-config.cmake ${CMAKE_BINARY_DIR}/photic-config-version.cmake
+  cmake/photic_dependencies.cmake DESTINATION ${photic_package_dir})
