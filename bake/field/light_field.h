@@ -44,19 +44,21 @@ public:
     FieldChannels channels() const { return channels_; }
     int leafCount() const { return needed_->leafCount(); }
 
-    LeafState state(int slot) const;
+    LeafState state(int slot) const { return states_[static_cast<std::size_t>(slot)]; }
     /// channels x 512 values of a Dense leaf.
-    const float* dense(int slot) const;
-    float* dense(int slot);
+    const float* dense(int slot) const { return data_[static_cast<std::size_t>(slot)]; }
+    float* dense(int slot) { return data_[static_cast<std::size_t>(slot)]; }
     /// One value per channel of a Constant leaf.
-    std::span<const float> constant(int slot) const;
+    std::span<const float> constant(int slot) const {
+        return {data_[static_cast<std::size_t>(slot)], static_cast<std::size_t>(channels_.count())};
+    }
 
     /// Makes a leaf Dense, keeping its values (zero when Empty), and returns channels x 512 floats.
     float* makeDense(int slot);
     /// As makeDense, but the contents are undefined unless the leaf was not Empty; the caller writes all of it.
     /// `was_empty` tells whether to store or to add.
     float* makeDenseUninitialised(int slot, bool& was_empty);
-    /// Makes an Empty leaf Constant.
+    /// Makes a leaf Constant, or changes its values.
     void setConstant(int slot, std::span<const float> values);
     void setEmpty(int slot);
 
@@ -68,7 +70,7 @@ public:
 
     /// Bytes held, tables included.
     std::int64_t bytes() const;
-    /// Sum over all voxels of one channel, in double, leaf by leaf in slot order.
+    /// Sum over the needed voxels of one channel, in double, in a fixed order.
     double sum(int channel) const;
 
 private:
