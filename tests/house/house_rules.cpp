@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/house/house_rules.h"
+
+#include <algorithm>
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+namespace photic::house {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kEveryRoomMayUse = {"report", "threads"};
+
+std::vector<std::string> linesOf(const fs::path& file) {
+    std::ifstream in(file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+std::string contentsOf(const fs::path& file) {
+    std::ifstream in(file);
+    std::stringstream all;
+    all << in.rdbuf();
+    return all.str();
+}
+
+bool isCpp(const fs::path& file) {
+    const auto e = file.extension();
+    return e == ".h" || e == ".cpp" || e == ".inl" || e == ".hpp" || e == ".cc";
+}
+
+bool isScript(const fs::path& file) {
+    const std::string first = file.string();
+    return file.extension() == ".py" || file.extension() == ".sh" || first.rfind("scripts/", 0) == 0 ||
+           first == ".ci/run";
+}
+
+bool isCMake(const fs::path& file) {
+    return file.filename() == "CMakeLists.txt" || file.extension() == ".cmake";
+}
+
+/// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format"; "" for what is in no room.
+std::string roomOf(const std::string& path) {
+    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format))/.*");
+    std::smatch m;
+    if (!std::regex_match(path, m, pattern)) return {};
+    return m[1].matched ? m[1].str() : m[2].str();
+}
+
+std::string listOf(const std::set<std::string>& names) {
+    std::string out;
+    for (const auto& n : names) out += (out.empty() ? "" : ", ") + n;
+    return out.empty() ? "nothing" : out;
+}
+
+/// Empty when `from` may use `to`, otherwise the reason why not.
+std::string refusal(const std::string& from, const std::string& to) {
+    if (from == to) return {};
+    const auto row = arrows().find(from);
+    if (row == arrows().end()) return "room '" + from + "' is not in the table of arrows (tests/house/house_rules.cpp)";
+    if (kEveryRoomMayUse.count(to) && from != "report") return {};
+    if (row->second.count(to)) return {};
+    return "room '" + from + "' may not use '" + to + "'; it may use " + listOf(row->second) +
+           (from == "report" ? "" : " (and report, threads)");
+}
+
+}  // namespace
+
+const Arrows& arrows() {
+    static const Arrows table = {
+        {"report", {}},
+        {"threads", {}},
+        {"format", {}},
+        {"optics", {}},
+        {"image", {}},
+        {"scene", {"image"}},
+        {"field", {"scene", "optics"}},  // optics: a sheared grid leans along the refracted light
+        {"numerics", {}},
+        {"tubes", {"optics", "scene", "field"}},
+        {"file", {"image", "field", "format"}},
+        {"methods", {"scene", "tubes", "numerics", "field", "optics"}},
+        {"picture", {"file", "scene", "image", "field"}},
+        {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
+    };
+    return table;
+}
+
+std::vector<fs::path> sourceFiles(const fs::path& root) {
+    static const std::set<std::string> skipped = {"build", "out", "__pycache__"};
+    std::vector<fs::path> files;
+    for (auto it = fs::recursive_directory_iterator(root); it != fs::recursive_directory_iterator(); ++it) {
+        const std::string name = it->path().filename().string();
+        const bool hidden = name.front() == '.' && name != ".ci";
+        if (it->is_directory() && (skipped.count(name) || hidden)) {
+            it.disable_recursion_pending();
+        } else if (it->is_regular_file()) {
+            files.push_back(fs::relative(it->path(), root));
+        }
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::vector<Breach> backArrows(const fs::path& root) {
+    static const std::regex include(R"(^\s*#\s*include\s*[<"]((?:bake|runtime)/[^">]+)[">].*)");
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        const std::string from = roomOf(file.generic_string());
+        if (!isCpp(file) || from.empty()) continue;
+        const auto lines = linesOf(root / file);
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            std::smatch m;
+            if (!std::regex_match(lines[i], m, include)) continue;
+            const std::string why = refusal(from, roomOf(m[1].str()));
+            if (!why.empty()) breaches.push_back({file.generic_string(), static_cast<int>(i) + 1, why});
+        }
+    }
+    return breaches;
+}
+
+std::vector<Breach> linksAgainstArrows(const fs::path& root) {
+    static const std::regex rooms(R"(\bROOMS\s+([a-z0-9_\s]+))"), linked(R"(\bphotic_([a-z0-9_]+))");
+    static const std::set<std::string> not_rooms = {"room", "test", "build_flags", "openvdb", "embree", "glm"};
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        const std::string name = file.generic_string(), from = roomOf(name);
+        if (file.filename() != "CMakeLists.txt" || from.empty()) continue;
+        const std::string text = contentsOf(root / file);
+        std::set<std::string> uses;
+        for (std::sregex_iterator it(text.begin(), text.end(), rooms), end; it != end; ++it) {
+            std::istringstream words((*it)[1].str());
+            for (std::string word; words >> word;) uses.insert(word);
+        }
+        for (std::sregex_iterator it(text.begin(), text.end(), linked), end; it != end; ++it) {
+            const std::string room = (*it)[1].str();
+            if (!not_rooms.count(room)) uses.insert(room);
+        }
+        for (const auto& to : uses) {
+            const std::string why = refusal(from, to);
+            if (!why.empty()) breaches.push_back({name, 0, why});
+        }
+    }
+    return breaches;
+}
+
+std::vector<std::string> filesIncludingOpenVdb(const fs::path& root) {
+    static const std::regex include(R"(^\s*#\s*include\s*[<"](openvdb|nanovdb)/.*)");
+    std::vector<std::string> files;
+    for (const auto& file : sourceFiles(root)) {
+        if (!isCpp(file)) continue;
+        const auto lines = linesOf(root / file);
+        if (std::any_of(lines.begin(), lines.end(), [&](const std::string& l) { return std::regex_match(l, include); })) {
+            files.push_back(file.generic_string());
+        }
+    }
+    return files;
+}
+
+std::vector<Breach> missingLicence(const fs::path& root) {
+    const std::string wanted = std::string("SPDX-License-") + "Identifier: ";
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        if (!isCpp(file) && !isScript(file) && !isCMake(file)) continue;
+        const std::string name = file.generic_string();
+        const std::string licence = name.rfind("blender_addon/", 0) == 0 ? "GPL-3.0-or-later" : "Apache-2.0";
+        auto lines = linesOf(root / file);
+        lines.resize(2);
+        if ((lines[0] + '\n' + lines[1]).find(wanted + licence) == std::string::npos) {
+            breaches.push_back({name, 1, "the first or second line must hold '" + wanted + licence + "'"});
+        }
+    }
+    return breaches;
+}
+
+std::vector<Breach> longFiles(const fs::path& root, int limit) {
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        if (!isCpp(file) && !isScript(file) && !isCMake(file)) continue;
+        const int count = static_cast<int>(linesOf(root / file).size());
+        if (count > limit) {
+            breaches.push_back({file.generic_string(), limit + 1,
+                                std::to_string(count) + " lines exceed " + std::to_string(limit) + "; split it by idea"});
+        }
+    }
+    return breaches;
+}
+
+std::vector<Breach> missingReadmes(const fs::path& root) {
+    std::vector<Breach> breaches;
+    std::set<fs::path> folders;
+    for (const char* parent : {"bake", "examples"}) {
+        if (!fs::is_directory(root / parent)) continue;
+        for (const auto& entry : fs::directory_iterator(root / parent)) {
+            if (entry.is_directory() && !fs::is_empty(entry.path())) folders.insert(fs::relative(entry.path(), root));
+        }
+    }
+    for (const auto& folder : folders) {
+        const std::string text = contentsOf(root / folder / "README.md");
+        if (text.find(". ") == std::string::npos && text.find(".\n") == std::string::npos) {
+            breaches.push_back({folder.generic_string(), 0, "has no README.md with a sentence that says what belongs in it"});
+        }
+    }
+    return breaches;
+}
+
+std::vector<Breach> machinePaths(const fs::path& root) {
+    // In two halves, so that this file is none of its own findings.
+    static const std::regex path(std::string("(^|[^A-Za-z0-9_.}$-])/(work|root|home|Users|tmp") + "|var/tmp)/[A-Za-z0-9_.]");
+    static const std::set<std::string> binary = {".exr", ".png", ".vdb", ".glb", ".gz"};
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        if (binary.count(file.extension().string())) continue;
+        const auto lines = linesOf(root / file);
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            if (std::regex_search(lines[i], path)) {
+                breaches.push_back({file.generic_string(), static_cast<int>(i) + 1, "names a machine's path: " + lines[i]});
+            }
+        }
+    }
+    return breaches;
+}
+
+}  // namespace photic::house
