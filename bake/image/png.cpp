@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "bake/image/atomic_file.h"
+#include "bake/image/image.h"
+#include "bake/report/error.h"
+
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#define STBI_NO_STDIO
+#include <stb/stb_image.h>
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STBI_WRITE_NO_STDIO
+#include <stb/stb_image_write.h>
+
+namespace photic {
+namespace {
+
+constexpr int kLargestSide = 32768;
+
+/// Collects what the encoder emits.
+void append(void* context, void* data, int size) {
+    static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+}
+
+}  // namespace
+
+HeightMap readPng16(const std::string& path) {
+    const std::string bytes = readFileBytes(path);
+    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+    if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+        throw Error(ErrorCode::Input, fmt::format("'{}' has {} bytes; a PNG may have up to 2 GiB", path, bytes.size()));
+    const int size = static_cast<int>(bytes.size());
+
+    int width = 0, height = 0, channels = 0;
+    if (!stbi_info_from_memory(data, size, &width, &height, &channels))
+        throw Error(ErrorCode::Input, fmt::format("'{}' is not a PNG, or is truncated: {}", path, stbi_failure_reason()));
+    if (!stbi_is_16_bit_from_memory(data, size))
+        throw Error(ErrorCode::Input, fmt::format("'{}' is an 8-bit PNG: its 256 steps of height would be seen as caustics (slopes are off by "
+                                                  "about 11 %); save 16 bits, or better a float EXR",
+                                                  path));
+    if (channels != 1)
+        throw Error(ErrorCode::Input, fmt::format("'{}' has {} channels; a height map in PNG is grey, without alpha", path, channels));
+    if (width > kLargestSide || height > kLargestSide)
+        throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
+
+    const std::unique_ptr<stbi_us, void (*)(void*)> pixels(stbi_load_16_from_memory(data, size, &width, &height, &channels, 1),
+                                                          stbi_image_free);
+    if (!pixels)
+        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}", path, bytes.size(),
+                                                  stbi_failure_reason()));
+    HeightMap map;
+    map.width = width, map.height = height;
+    map.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for (std::size_t i = 0; i < map.values.size(); ++i) map.values[i] = static_cast<float>(pixels.get()[i] / 65535.0);
+    return map;
+}
+
+void writePng(const std::string& path, const Image& image) {
+    std::vector<stbi_uc> quantised(image.pixels.size());
+    for (std::size_t i = 0; i < quantised.size(); ++i) {
+        const float v = image.pixels[i];
+        quantised[i] = static_cast<stbi_uc>(v > 0.0f ? std::lround(std::min(v, 1.0f) * 255.0f) : 0);  // NaN is black
+    }
+    std::string bytes;
+    if (!stbi_write_png_to_func(append, &bytes, image.width, image.height, image.channels, quantised.data(), image.width * image.channels))
+        throw Error(ErrorCode::Failed, fmt::format("cannot encode '{}': {} x {} pixels of {} channels", path, image.width, image.height, image.channels));
+    writeFileAtomically(path, bytes);
+}
+
+}  // namespace photic
