@@ -2,6 +2,8 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <string>
+#include <vector>
 
 #include "bake/file/vdb.h"
 #include "bake/image/image.h"
@@ -21,13 +23,18 @@ struct PictureFrame {
 /// E_c = irradiance_c * max(0, -n . direction) [W/m2]. 1 or 3 channels.
 Image receiverPicture(const LightVolume& volume, const PictureFrame& frame);
 
-/// One layer of voxels, unfiltered: fluence rate [W/m2]. axis 0..2, layer in index units.
+/// One layer of voxels, unfiltered: fluence rate [W/m2], one pixel a voxel. axis 0..2, layer in index units.
+/// x runs to the right and y up; z up where z is not the axis.
 Image slicePicture(const LightVolume& volume, int axis, int layer);
 
-/// Mean of the fluence rate along an axis [W/m2]: an x-ray.
+/// Mean of the fluence rate along an axis over the frame's whole length, dark voxels included [W/m2]: an x-ray.
 Image xrayPicture(const LightVolume& volume, int axis);
 
-/// The rectangle of a planar receiver within the domain.
+/// Names of the planar receivers, movable ones included, in the scene's order.
+std::vector<std::string> planarReceivers(const Scene& scene);
+
+/// The rectangle of a planar receiver within the domain, upright as seen from its lit side: up is +y on floors and
+/// ceilings, the sky on walls. Texels are square to rounding; `resolution` is that of the longer side.
 /// @throws Error{Input} when `name` is no planar receiver (lists those that are)
 PictureFrame receiverFrame(const Scene& scene, const std::string& name, int resolution);
 

@@ -82,7 +82,7 @@ const Arrows& arrows() {
         {"tubes", {"optics", "scene", "field"}},
         {"file", {"image", "field", "format"}},
         {"methods", {"scene", "tubes", "numerics", "field", "optics"}},
-        {"picture", {"file", "scene", "image", "field"}},
+        {"picture", {"file", "scene", "image", "field", "optics"}},  // optics: eye rays refract at the water too
         {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
     };
     return table;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/picture/volume_lookup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace photic {
+
+VolumeLookup::VolumeLookup(const LightVolume& volume)
+    : field_(volume.field),
+      channels_(volume.field.channels()),
+      has_direction_(volume.has_direction && volume.field.channels().flux),
+      index_from_world_(glm::inverse(volume.field.frame().world_from_index)),
+      origin_world_(volume.field.frame().origin_world) {}
+
+void VolumeLookup::add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const {
+    const int slot = field_.needed().slotOf(voxel);
+    if (slot < 0 || !field_.needed().contains(voxel)) return;
+    const auto count = static_cast<std::size_t>(channels_.count());
+    switch (field_.state(slot)) {
+        case LeafState::Empty: return;
+        case LeafState::Constant: {
+            const auto values = field_.constant(slot);
+            for (std::size_t c = 0; c < count; ++c) sums[c] += weight * static_cast<double>(values[c]);
+            return;
+        }
+        case LeafState::Dense: {
+            const float* values = field_.dense(slot) + NeededVoxels::offsetInLeaf(voxel);
+            for (std::size_t c = 0; c < count; ++c) {
+                sums[c] += weight * static_cast<double>(values[c * LightField::kLeafVoxels]);
+            }
+            return;
+        }
+    }
+}
+
+LightSample VolumeLookup::sampleOf(const std::array<double, 6>& sums) const {
+    LightSample sample;
+    const auto colours = static_cast<std::size_t>(channels_.irradiance);
+    sample.irradiance = colours == 3 ? glm::dvec3(sums[0], sums[1], sums[2]) : glm::dvec3(sums[0]);
+    if (channels_.flux) sample.flux = {sums[colours], sums[colours + 1], sums[colours + 2]};
+    return sample;
+}
+
+LightSample VolumeLookup::at(const glm::dvec3& position_world) const {
+    const glm::dvec3 index = index_from_world_ * (position_world - origin_world_);
+    const glm::dvec3 low = glm::floor(index);
+    // Also keeps NaN and far away points from overflowing the integers.
+    if (!(glm::all(glm::greaterThan(low, glm::dvec3(-1e9))) && glm::all(glm::lessThan(low, glm::dvec3(1e9))))) return {};
+    const glm::dvec3 high_weight = index - low;
+    const glm::ivec3 base(low);
+    std::array<double, 6> sums{};
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 step(corner >> 2 & 1, corner >> 1 & 1, corner & 1);
+        const glm::dvec3 w = glm::mix(1.0 - high_weight, high_weight, glm::dvec3(step));
+        const double weight = w.x * w.y * w.z;
+        if (weight > 0) add(base + step, weight, sums);
+    }
+    return sampleOf(sums);
+}
+
+LightSample VolumeLookup::voxel(const glm::ivec3& voxel) const {
+    std::array<double, 6> sums{};
+    add(voxel, 1.0, sums);
+    return sampleOf(sums);
+}
+
+glm::dvec3 VolumeLookup::receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const {
+    const LightSample sample = at(position_world);
+    if (!has_direction_) return sample.irradiance;
+    const double mean = sample.meanIrradiance();
+    if (mean <= 0) return glm::dvec3(0);
+    return sample.irradiance * std::max(0.0, -glm::dot(normal, sample.flux) / mean);
+}
+
+}  // namespace photic

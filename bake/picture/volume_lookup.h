@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "bake/file/vdb.h"
+
+namespace photic {
+
+/// Light at a point, interpolated: fluence rate per channel (all three equal when white) and flux [W/m2].
+struct LightSample {
+    glm::dvec3 irradiance{0};
+    glm::dvec3 flux{0};
+    double meanIrradiance() const { return (irradiance.x + irradiance.y + irradiance.z) / 3; }
+};
+
+/// Trilinear look-ups of irradiance and flux among the eight voxels around a point; voxels that are not active count as
+/// dark. Thread-safe; the volume must outlive it.
+class VolumeLookup {
+public:
+    explicit VolumeLookup(const LightVolume& volume);
+
+    LightSample at(const glm::dvec3& position_world) const;
+
+    /// What a receiver gets: E_c = irradiance_c * max(0, -normal . direction) [W/m2] per channel. A volume without
+    /// `direction` gives its fluence rate.
+    /// @param normal  unit, world
+    glm::dvec3 receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const;
+
+    /// One voxel, unfiltered.
+    LightSample voxel(const glm::ivec3& voxel) const;
+
+    bool coloured() const { return channels_.irradiance == 3; }
+
+private:
+    void add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const;
+    LightSample sampleOf(const std::array<double, 6>& sums) const;
+
+    const LightField& field_;
+    FieldChannels channels_;
+    bool has_direction_;
+    glm::dmat3 index_from_world_;
+    glm::dvec3 origin_world_;
+};
+
+}  // namespace photic
