@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/field/scene_grid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "bake/optics/snell.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr double kMaxVoxels = 274877906944.0;   // 2^38: 4.4 TB of light if every voxel held some
+constexpr double kMaxIndex = 1 << 28;           // indices stay far from the ends of 32 bits, leaf arithmetic included
+constexpr double kTolerance = 1e-6;             // [voxels] bounds this close to a voxel's side lie on it
+
+// The mean direction in which a flat surface sends the strongest light, as dx/dz and dy/dz.
+glm::dvec2 shearAlongLight(const Scene& scene) {
+    if (scene.lights.empty())
+        throw Error(ErrorCode::Input, "shear = \"light\" needs a light; add a [[light]] or use shear = \"none\"", scene.file);
+    const auto strength = [](const Light& l) { return l.irradiance.x + l.irradiance.y + l.irradiance.z; };
+    const Light& light = *std::max_element(scene.lights.begin(), scene.lights.end(),
+                                           [&](const Light& a, const Light& b) { return strength(a) < strength(b); });
+    glm::dvec3 direction = glm::normalize(light.direction);
+    if (!scene.surfaces.empty()) {
+        const Surface& surface = scene.surfaces.front();
+        glm::dvec3 normal(0, 0, 1);
+        if (surface.mesh) {
+            glm::dvec3 sum(0);
+            const auto& p = surface.mesh->positions;
+            for (const auto& t : surface.mesh->triangles) sum += glm::cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+            if (glm::length(sum) > 0) normal = glm::normalize(sum);
+        }
+        const bool from_front = glm::dot(direction, normal) < 0;
+        const Interface crossing = interfaceAt(direction, from_front ? normal : -normal,
+                                               from_front ? surface.ior_above : surface.ior_below,
+                                               from_front ? surface.ior_below : surface.ior_above);
+        const bool refracts = surface.event != SurfaceEvent::Reflect && glm::length(crossing.refracted) > 0;
+        direction = refracts ? crossing.refracted : crossing.reflected;
+    }
+    if (std::fabs(direction.z) < 0.1)
+        throw Error(ErrorCode::Input,
+                    fmt::format("shear = \"light\" would lean the grid along ({:.3g}, {:.3g}, {:.3g}), less than 6 degrees from the "
+                                "horizon; use shear = \"none\"", direction.x, direction.y, direction.z), scene.file);
+    return glm::dvec2(direction) / direction.z;
+}
+
+// A voxel size with two significant digits, rounded up.
+double roundedUp(double size) {
+    const double unit = std::pow(10.0, std::floor(std::log10(size)) - 1);
+    return std::ceil(size / unit) * unit;
+}
+
+}  // namespace
+
+GridFrame sceneFrame(const Scene& scene) {
+    const Domain& domain = scene.domain;
+    const double h = domain.voxel_size, layer = domain.layer_height > 0 ? domain.layer_height : h;
+    if (!(h > 0) || !std::isfinite(h) || !(layer > 0) || !std::isfinite(layer))
+        throw Error(ErrorCode::Input, fmt::format("voxel_size is {} m and layer_height {} m; both must be positive", h, layer), scene.file);
+    for (int a = 0; a < 3; ++a)
+        if (!(domain.max[a] > domain.min[a]) || !std::isfinite(domain.max[a] - domain.min[a]))
+            throw Error(ErrorCode::Input,
+                        fmt::format("the domain is empty along {}: min {} m, max {} m; max must exceed min", "xyz"[a], domain.min[a], domain.max[a]),
+                        scene.file);
+    glm::dvec2 shear(0);
+    if (domain.shear_mode == ShearMode::Explicit) shear = domain.shear;
+    if (domain.shear_mode == ShearMode::Light) shear = shearAlongLight(scene);
+    if (!(std::fabs(shear.x) <= 10) || !(std::fabs(shear.y) <= 10))
+        throw Error(ErrorCode::Input, fmt::format("shear [{}, {}] exceeds 10 (6 degrees from the horizon); use less, or \"none\"", shear.x, shear.y), scene.file);
+
+    GridFrame frame;
+    frame.world_from_index = glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer));
+    frame.origin_world = frame.world_from_index * glm::dvec3(0.5);
+
+    // The domain's box in cell coordinates, in which voxel i covers [i, i + 1].
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 p(corner & 1 ? domain.max.x : domain.min.x, corner & 2 ? domain.max.y : domain.min.y,
+                           corner & 4 ? domain.max.z : domain.min.z);
+        const glm::dvec3 cell((p.x - shear.x * p.z) / h, (p.y - shear.y * p.z) / h, p.z / layer);
+        low = glm::min(low, cell), high = glm::max(high, cell);
+    }
+    const glm::dvec3 first = glm::floor(low + kTolerance), last = glm::max(glm::ceil(high - kTolerance) - 1.0, first);
+    const glm::dvec3 size = last - first + 1.0;
+    const double voxels = size.x * size.y * size.z;
+    if (!(voxels <= kMaxVoxels)) {
+        const double fits = roundedUp(1.001 * h * std::cbrt(voxels / kMaxVoxels));
+        throw Error(ErrorCode::Input,
+                    fmt::format("voxel_size {} m makes {:.0f} x {:.0f} x {:.0f} = {:.3g} voxels, more than {:.3g}; use voxel_size = {:.3g}{} or "
+                                "a smaller domain", h, size.x, size.y, size.z, voxels, kMaxVoxels, fits,
+                                domain.layer_height > 0 ? " with layer_height in proportion" : ""), scene.file);
+    }
+    for (int a = 0; a < 3; ++a)
+        if (std::max(std::fabs(first[a]), std::fabs(last[a])) > kMaxIndex)
+            throw Error(ErrorCode::Input,
+                        fmt::format("the domain's {} side lies {:.3g} voxels from the origin, more than {:.3g}; move the scene closer to it",
+                                    "xyz"[a], std::max(std::fabs(first[a]), std::fabs(last[a])), kMaxIndex), scene.file);
+    frame.min = glm::ivec3(first), frame.max = glm::ivec3(last);
+    return frame;
+}
+
+void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body) {
+    // Blocks of leaves: a leaf alone can be too little work for a task.
+    constexpr std::int64_t kBlock = 16;
+    const std::int64_t leaves = needed.leafCount();
+    parallelFor((leaves + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        const auto end = std::min(leaves, (block + 1) * kBlock);
+        for (auto slot = block * kBlock; slot < end; ++slot) body(static_cast<int>(slot));
+    });
+}
+
+}  // namespace photic
