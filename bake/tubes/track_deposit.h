@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <vector>
+
+#include "bake/field/light_field.h"
+
+namespace photic {
+
+class LeafArena;
+
+/// A straight piece of a photon's path.
+struct Track {
+    glm::dvec3 origin{0};        ///< world [m]
+    glm::dvec3 direction{0};     ///< unit, world
+    glm::dvec3 power{0};         ///< at `origin`, per channel [W]; white light uses the first
+    glm::dvec3 extinction{0};    ///< of the medium, per channel [1/m]; from `origin` on
+    double begin = 0, end = 0;   ///< of the deposit, along the track [m]
+};
+
+/// Sums photon tracks on needed voxels: per voxel the integral of power along the tracks inside it [W m] (which is fluence
+/// rate x volume), the same times direction, and the number of tracks. In double. Memory follows the leaves that are crossed.
+/// One thread at a time.
+class TrackAccumulator {
+public:
+    TrackAccumulator(const NeededVoxels& needed, FieldChannels channels);
+    ~TrackAccumulator();
+    TrackAccumulator(TrackAccumulator&&) noexcept;
+
+    struct Deposited {
+        bool touched = false;    ///< at least one needed voxel was crossed
+        double path = 0;         ///< integral of power along the track through needed voxels [W m], mean of the channels; found
+                                 ///< from the track's ends alone where every voxel of the grid is needed
+    };
+    /// Clips the track to the grid and walks its voxels (Amanatides and Woo 1987), on sheared grids too.
+    Deposited deposit(const Track& track);
+
+    /// Part of a ray inside the grid's box, from 0 on; false when it misses.
+    bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const;
+
+    FieldChannels channels() const { return channels_; }
+    const NeededVoxels& needed() const { return *needed_; }
+
+    /// 512 x channels().count() sums, channels together, then the counts; null where no track went.
+    const double* sums(int slot) const { return leaves_[static_cast<std::size_t>(slot)]; }
+    const std::uint32_t* counts(int slot) const;
+    /// Sets a leaf back to zero, keeping its memory.
+    void clear(int slot);
+
+private:
+    struct Ray;
+    template <int Channels, bool Flux, bool Medium>
+    Deposited walk(const Track& track, const Ray& ray, double begin, double end);
+    bool clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin, double& end) const;
+    double* leafAt(int slot);
+
+    const NeededVoxels* needed_;
+    FieldChannels channels_;
+    glm::dmat3 index_from_world_;
+    glm::dvec3 origin_world_;
+    glm::dvec3 box_low_, box_high_;          // of the grid, in index space with voxel (i,j,k) at [i, i+1)
+    glm::dvec3 needed_low_, needed_high_;    // of the needed leaves
+    std::size_t leaf_bytes_;
+    std::unique_ptr<LeafArena> arena_;
+    std::vector<double*> leaves_;
+};
+
+}  // namespace photic
