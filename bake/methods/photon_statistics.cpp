@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/photon_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr std::size_t kVoxels = LightField::kLeafVoxels;
+constexpr std::int64_t kLeavesATask = 32;
+
+std::size_t bytesOf(FieldChannels channels) {
+    return kVoxels * ((static_cast<std::size_t>(channels.count()) + 1) * sizeof(double) + sizeof(std::uint32_t));
+}
+
+template <class Body>
+void forSlots(int slots, const Body& body) {
+    parallelFor((slots + kLeavesATask - 1) / kLeavesATask, [&](std::int64_t task) {
+        const std::int64_t end = std::min<std::int64_t>(slots, (task + 1) * kLeavesATask);
+        for (std::int64_t slot = task * kLeavesATask; slot < end; ++slot) body(static_cast<int>(slot));
+    });
+}
+
+}  // namespace
+
+PhotonStatistics::PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels)
+    : needed_(std::move(needed)),
+      channels_(channels),
+      leaf_bytes_(bytesOf(channels)),
+      arena_(leaf_bytes_, std::max(1, needed_->leafCount())),
+      leaves_(static_cast<std::size_t>(needed_->leafCount()), nullptr) {}
+
+void PhotonStatistics::fold(std::vector<TrackAccumulator>& repetitions, std::size_t count) {
+    repetitions_ += static_cast<int>(count);
+    forSlots(needed_->leafCount(), [&](int slot) { foldLeaf(slot, repetitions, count); });
+}
+
+void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator>& repetitions, std::size_t count) {
+    const auto stride = static_cast<std::size_t>(channels_.count()), colours = static_cast<std::size_t>(channels_.irradiance);
+    double*& leaf = leaves_[static_cast<std::size_t>(slot)];
+    for (std::size_t r = 0; r < count; ++r) {
+        const double* x = repetitions[r].sums(slot);
+        if (!x) continue;
+        if (!leaf) {
+            bool zeroed = false;
+            leaf = static_cast<double*>(arena_.allocate(zeroed));
+            if (!zeroed) std::memset(leaf, 0, leaf_bytes_);
+        }
+        double* squares = leaf + kVoxels * stride;
+        for (std::size_t i = 0; i < kVoxels * stride; ++i) leaf[i] += x[i];
+        for (std::size_t v = 0; v < kVoxels; ++v) {
+            double mean = 0;
+            for (std::size_t c = 0; c < colours; ++c) mean += x[v * stride + c];
+            mean /= static_cast<double>(colours);
+            squares[v] += mean * mean;
+        }
+        auto* paths = reinterpret_cast<std::uint32_t*>(squares + kVoxels);
+        const std::uint32_t* crossed = repetitions[r].counts(slot);
+        for (std::size_t v = 0; v < kVoxels; ++v) paths[v] += crossed[v];
+        repetitions[r].clear(slot);
+    }
+}
+
+PhotonStatistics::Result PhotonStatistics::result() const {
+    Result out{LightField(needed_, channels_), LightField(needed_, {1, false}), LightField(needed_, {1, false})};
+    const auto stride = static_cast<std::size_t>(channels_.count()), colours = static_cast<std::size_t>(channels_.irradiance);
+    const double n = repetitions_, volume = needed_->frame().voxelVolume();
+    std::vector<std::int64_t> active(static_cast<std::size_t>(needed_->leafCount()), 0);
+    forSlots(needed_->leafCount(), [&](int slot) {
+        const double* leaf = leaves_[static_cast<std::size_t>(slot)];
+        if (!leaf) return;
+        const double* squares = leaf + kVoxels * stride;
+        const auto* paths = reinterpret_cast<const std::uint32_t*>(squares + kVoxels);
+        bool was_empty = false;
+        float* field = out.field.makeDenseUninitialised(slot, was_empty);
+        float* error = out.standard_error.makeDenseUninitialised(slot, was_empty);
+        float* count = out.path_count.makeDenseUninitialised(slot, was_empty);
+        for (std::size_t v = 0; v < kVoxels; ++v) {
+            for (std::size_t c = 0; c < stride; ++c) field[c * kVoxels + v] = static_cast<float>(leaf[v * stride + c] / (n * volume));
+            double sum = 0;
+            for (std::size_t c = 0; c < colours; ++c) sum += leaf[v * stride + c];
+            sum /= static_cast<double>(colours);
+            error[v] = static_cast<float>(std::sqrt(std::max(0.0, squares[v] - sum * sum / n) / (n * (n - 1))) / volume);
+            count[v] = static_cast<float>(paths[v]);
+            active[static_cast<std::size_t>(slot)] += paths[v] > 0;
+        }
+    });
+    for (const std::int64_t a : active) out.active_voxels += a;
+    return out;
+}
+
+}  // namespace photic

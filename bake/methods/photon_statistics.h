@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "bake/field/leaf_arena.h"
+#include "bake/tubes/track_deposit.h"
+
+namespace photic {
+
+/// Mean, spread and path counts of independent repetitions. Repetitions are folded in their order, so the result does not
+/// depend on who computed them.
+class PhotonStatistics {
+public:
+    PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels);
+
+    /// Adds the first `count` accumulators, one repetition each, and sets them back to zero.
+    void fold(std::vector<TrackAccumulator>& repetitions, std::size_t count);
+
+    struct Result {
+        LightField field, standard_error, path_count;
+        std::int64_t active_voxels = 0;    ///< crossed by at least one path
+    };
+    /// Mean fluence rate and flux [W/m2], its standard error (of the channels' mean) and the number of paths.
+    Result result() const;
+
+private:
+    void foldLeaf(int slot, std::vector<TrackAccumulator>& repetitions, std::size_t count);
+
+    std::shared_ptr<const NeededVoxels> needed_;
+    FieldChannels channels_;
+    int repetitions_ = 0;
+    std::size_t leaf_bytes_;
+    LeafArena arena_;
+    std::vector<double*> leaves_;    // 512 x channels sums, 512 sums of squares, 512 counts
+};
+
+}  // namespace photic

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/photons.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include "bake/methods/method_options.h"
+#include "bake/methods/photon_launch.h"
+#include "bake/methods/photon_statistics.h"
+#include "bake/optics/beer_lambert.h"
+#include "bake/threads/parallel_for.h"
+#include "bake/tubes/ray_casting.h"
+#include "bake/tubes/specular_event.h"
+#include "bake/tubes/track_deposit.h"
+#include "bake/tubes/track_end.h"
+
+namespace photic {
+namespace {
+
+constexpr std::uint64_t kBlock = 1 << 18;    // paths that are put in order and checked for cancellation together
+constexpr unsigned kTiles = 64;              // of the launched patch, a side: a tile's tracks share their voxels in the cache
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double mean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
+
+/// What one repetition adds up beside the field. Powers are those of the repetition's own estimate.
+struct Tally {
+    PowerLedger power;
+    double path = 0;
+    std::int64_t rays = 0, deposited = 0, turned_away = 0;
+
+    void add(const Tally& t) {
+        power.emitted += t.power.emitted, power.reflected += t.power.reflected, power.absorbed_medium += t.power.absorbed_medium;
+        power.scattered += t.power.scattered, power.absorbed_surface += t.power.absorbed_surface, power.received += t.power.received;
+        power.escaped += t.power.escaped, power.dropped += t.power.dropped, power.culled += t.power.culled;
+        path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
+    }
+};
+
+/// Follows photons from their surface to their end. Shared by all threads.
+class PhotonTracer {
+public:
+    PhotonTracer(const Scene& scene, const GridFrame& frame)
+        : objects_(scene), meshes_(scene, CastAgainst::MeshSurfaces), track_end_(frame),
+          extinction_(scene.medium.extinction()), absorption_(scene.medium.absorption) {}
+
+    /// @param power  of the photon, per channel [W], before anything blocks it
+    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator& field, Tally& tally) const {
+        // Behind another part of a specular mesh: that part has launched this light.
+        if (!meshes_.empty() && meshes_.firstHit(start.position, -start.direction)) return;
+        tally.power.emitted += mean(power);
+        if (!objects_.empty() && objects_.firstHit(start.position, -start.direction)) {
+            tally.power.absorbed_surface += mean(power);
+            return;
+        }
+        const SpecularEvent event = specularEvent(surface, start.direction, start.normal, start.face);
+        tally.power.reflected += event.untraced * mean(power);
+        tally.power.dropped += event.dropped * mean(power);
+        for (int b = 0; b < event.count; ++b) followBranch(start.position, event.branches[static_cast<std::size_t>(b)], power, field, tally);
+    }
+
+private:
+    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving, TrackAccumulator& field, Tally& tally) const {
+        Track track;
+        track.origin = origin, track.direction = branch.direction, track.power = branch.fraction * arriving;
+        if (branch.below) track.extinction = extinction_;
+
+        double inside_from = 0, inside_to = 0;
+        const bool inside = field.clip(origin, branch.direction, inside_from, inside_to);
+        // Where the power ends: in the box's side, on an object, or on a second specular surface.
+        RayHit hit;
+        double power_end = inside_to;
+        double PowerLedger::*end = &PowerLedger::escaped;
+        track.begin = inside_from, track.end = inside_to;
+        if (inside && !objects_.empty()) {
+            hit = objects_.firstHit(origin, branch.direction);
+            if (hit) track.end = std::min(track.end, track_end_(origin, branch.direction, hit));
+            if (hit.distance <= power_end) power_end = hit.distance, end = &PowerLedger::received;
+        }
+        if (inside && !meshes_.empty()) {
+            const RayHit again = meshes_.firstHit(origin, branch.direction, power_end);
+            if (again) track.end = power_end = again.distance, end = &PowerLedger::dropped;
+        }
+
+        TrackAccumulator::Deposited deposited;
+        if (inside && track.begin < track.end) deposited = field.deposit(track);
+        if (!deposited.touched) {
+            tally.power.culled += mean(track.power);
+            return;
+        }
+        ++tally.deposited;
+        tally.path += deposited.path;
+        attenuate(track, power_end, end, tally.power);
+    }
+
+    /// Shares the track's power out between the medium and what is at its end.
+    static void attenuate(const Track& track, double length, double PowerLedger::*end, const glm::dvec3& absorption, PowerLedger& ledger) {
+        for (int c = 0; c < 3; ++c) {
+            const double depth = track.extinction[c] * length, power = track.power[c] / 3;
+            const double lost = power * depth * meanTransmittance(depth);
+            const double absorbed = lost > 0 ? lost * absorption[c] / track.extinction[c] : 0;
+            ledger.absorbed_medium += absorbed;
+            ledger.scattered += lost - absorbed;
+            ledger.*end += power - lost;
+        }
+    }
+    void attenuate(const Track& track, double length, double PowerLedger::*end, PowerLedger& ledger) const {
+        if (track.extinction == glm::dvec3(0))
+            ledger.*end += mean(track.power);
+        else
+            attenuate(track, length, end, absorption_, ledger);
+    }
+
+    RayCaster objects_, meshes_;
+    TrackEnd track_end_;
+    glm::dvec3 extinction_, absorption_;
+};
+
+/// One light on one surface and its share of the paths.
+struct Job {
+    PhotonLaunch launch;
+    std::uint64_t paths_a_shift = 0;
+};
+
+std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const PhotonOptions& options, BakeReport& report) {
+    std::vector<Job> jobs;
+    double total = 0;
+    for (const Surface& surface : scene.surfaces)
+        for (const Light& light : scene.lights) {
+            PhotonLaunch launch(scene, surface, light, frame);
+            if (launch.empty() || mean(light.irradiance) <= 0) {
+                report.skipped.push_back(fmt::format("light '{}' on surface '{}': none of it can reach the grid", light.name, surface.name));
+                continue;
+            }
+            if (!launch.complete())
+                report.warnings.push_back(fmt::format("light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
+                                                      "launched", light.name, surface.name));
+            total += launch.crossSection() * mean(light.irradiance);
+            jobs.push_back({std::move(launch)});
+        }
+    for (Job& job : jobs) {
+        const double share = job.launch.crossSection() * mean(job.launch.light().irradiance) / total;
+        job.paths_a_shift = static_cast<std::uint64_t>(std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
+    }
+    return jobs;
+}
+
+/// Indices of a block of points, tile by tile of the launched patch: neighbouring tracks meet their voxels in the cache.
+/// A counting sort, so the order depends on nothing but the points.
+void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t count, std::vector<std::uint32_t>& tiles, std::vector<std::uint32_t>& order) {
+    tiles.resize(count), order.resize(count);
+    std::vector<std::uint32_t> ends(kTiles * kTiles + 1, 0);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const auto x = points.at(first + i);
+        tiles[i] = static_cast<std::uint32_t>(x[0] * kTiles) * kTiles + static_cast<std::uint32_t>(x[1] * kTiles);
+        ++ends[tiles[i] + 1];
+    }
+    for (std::size_t t = 1; t < ends.size(); ++t) ends[t] += ends[t - 1];
+    for (std::uint32_t i = 0; i < count; ++i) order[ends[tiles[i]]++] = i;
+}
+
+/// All paths of one repetition.
+class ShiftRun {
+public:
+    ShiftRun(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor)
+        : jobs_(jobs), tracer_(tracer), options_(options), monitor_(monitor) {
+        for (const Job& job : jobs) blocks_ += static_cast<double>((job.paths_a_shift + kBlock - 1) / kBlock) * options.shifts;
+    }
+
+    Tally run(int shift, TrackAccumulator& field) {
+        Tally tally;
+        std::vector<std::uint32_t> tiles, order;
+        for (std::size_t j = 0; j < jobs_.size(); ++j) {
+            const Job& job = jobs_[j];
+            const PhotonPoints points(options_.sampling, job.launch.dimensions(), static_cast<std::uint64_t>(options_.seed),
+                                      static_cast<std::uint64_t>(shift) * jobs_.size() + j);
+            const glm::dvec3 irradiance = job.launch.light().irradiance / static_cast<double>(job.paths_a_shift);
+            for (std::uint64_t first = 0; first < job.paths_a_shift; first += kBlock) {
+                monitor_.checkCancelled();
+                const auto count = static_cast<std::uint32_t>(std::min(kBlock, job.paths_a_shift - first));
+                orderByTile(points, first, count, tiles, order);
+                for (const std::uint32_t i : order) {
+                    const PhotonStart start = job.launch.start(points.at(first + i));
+                    if (start.area > 0)
+                        tracer_.follow(job.launch.surface(), start, irradiance * start.area, field, tally);
+                    else
+                        ++tally.turned_away;
+                }
+                tally.rays += count;
+                const std::lock_guard lock(mutex_);
+                monitor_.progress("trace", ++blocks_done_ / blocks_);
+            }
+        }
+        return tally;
+    }
+
+private:
+    const std::vector<Job>& jobs_;
+    const PhotonTracer& tracer_;
+    const PhotonOptions& options_;
+    Monitor& monitor_;
+    double blocks_ = 0, blocks_done_ = 0;
+    std::mutex mutex_;
+};
+
+void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
+    report.power = total.power;
+    for (double PowerLedger::*term : {&PowerLedger::emitted, &PowerLedger::reflected, &PowerLedger::absorbed_medium, &PowerLedger::scattered,
+                                      &PowerLedger::absorbed_surface, &PowerLedger::received, &PowerLedger::escaped, &PowerLedger::dropped,
+                                      &PowerLedger::culled})
+        report.power.*term /= shifts;
+    report.path.expected = total.path / shifts;
+    report.corner_rays = total.rays, report.tubes = total.deposited;
+}
+
+std::span<const OptionBinding<PhotonOptions>> photonOptions() {
+    using O = PhotonOptions;
+    static const std::vector<OptionBinding<O>> bindings{
+        bindOption<O, PhotonSampling>("sampling", &O::sampling, {{"quasi", PhotonSampling::Quasi}, {"random", PhotonSampling::Random}},
+                                      "points of a quasi-random sequence, or plain random ones for comparison"),
+        bindOption("count", &O::count, {1000, 1e12}, "paths", "paths in all, over every light, surface and shift"),
+        bindOption("shifts", &O::shifts, {16, 4096}, "", "independent repetitions, whose spread gives the standard error"),
+        bindOption("seed", &O::seed, {0, 9007199254740992.0}, "", "of the random numbers"),
+    };
+    return bindings;
+}
+
+std::string photonRefusal(const Scene& scene) {
+    if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use \"caustic\" and let the renderer add direct light";
+    if (scene.bake.grids.caustic) return "photons have no grid 'caustic'; leave it out of grids";
+    if (scene.bake.grids.arrival_time) return "photons have no grid 'arrival_time'; leave it out of grids";
+    return specularRefusal(scene);
+}
+
+BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given, Monitor& monitor) {
+    PhotonOptions options;
+    applyOptions("photons", options, photonOptions(), given);
+    return bakePhotons(scene, std::move(needed), options, monitor);
+}
+
+}  // namespace
+
+BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const PhotonOptions& options, Monitor& monitor) {
+    BakeReport report;
+    const auto start = std::chrono::steady_clock::now();
+    const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
+    if (!channels.flux) report.skipped.emplace_back("direction: not asked for");
+    const std::vector<Job> jobs = makeJobs(scene, needed->frame(), options, report);
+    const PhotonTracer tracer(scene, needed->frame());
+
+    // Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
+    PhotonStatistics statistics(needed, channels);
+    const int threads = std::min(threadCount(), options.shifts);
+    std::vector<TrackAccumulator> scratch;
+    for (int t = 0; t < threads; ++t) scratch.emplace_back(*needed, channels);
+    std::vector<Tally> tallies(static_cast<std::size_t>(options.shifts));
+    ShiftRun shifts(jobs, tracer, options, monitor);
+    for (int first = 0; first < options.shifts; first += threads) {
+        const int wave = std::min(threads, options.shifts - first);
+        parallelFor(wave, [&](std::int64_t i) {
+            tallies[static_cast<std::size_t>(first + i)] = shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
+        });
+        statistics.fold(scratch, static_cast<std::size_t>(wave));
+    }
+    Tally total;
+    for (const Tally& t : tallies) total.add(t);
+    scratch.clear();
+    report.seconds.emplace_back("trace", secondsSince(start));
+
+    const auto field_start = std::chrono::steady_clock::now();
+    PhotonStatistics::Result result = statistics.result();
+    fillLedgers(total, options.shifts, report);
+    for (int c = 0; c < channels.irradiance; ++c)
+        report.path.deposited += result.field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
+    report.reference_irradiance = scene.referenceIrradiance();
+    report.needed_voxels = needed->count(), report.active_voxels = result.active_voxels;
+    report.field_bytes = result.field.bytes();
+    report.instruction_set = "portable";
+    report.threads = threadCount();
+    if (total.turned_away > 0)
+        report.warnings.push_back(fmt::format("{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
+                                              100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
+    for (const std::string& warning : report.warnings) monitor.warn(warning);
+    report.seconds.emplace_back("field", secondsSince(field_start));
+    return {std::move(result.field), std::move(report), std::move(result.standard_error), std::move(result.path_count), std::nullopt};
+}
+
+Method photonsMethod() {
+    return {"photons", "Quasi-random photon paths with a standard error per voxel: the reference", {"irradiance", "direction"},
+            optionSpecs(photonOptions()), photonRefusal, bakeFromCatalogue};
+}
+
+}  // namespace photic
