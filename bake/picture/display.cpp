@@ -113,7 +113,7 @@ Image displayFilmic(const Image& radiance, double exposure) {
     return out;
 }
 
-Image displayMapped(const Image& image, ColourMap map, double max, const std::string& unit) {
+Image displayMapped(const Image& image, ColourMap map, double min, double max, const std::string& unit) {
     const int scale = std::max(1, image.height / 300);
     const int margin = 8 * scale, bar_width = 14 * scale;
     const int top = 22 * scale;
@@ -122,12 +122,12 @@ Image displayMapped(const Image& image, ColourMap map, double max, const std::st
     std::vector<std::string> labels;
     int label_width = textWidth(unit, scale);
     for (int tick = 0; tick <= 5; ++tick) {
-        labels.push_back(fmt::format("{:.4g}", max * tick / 5));
+        labels.push_back(fmt::format("{:.4g}", min + (max - min) * tick / 5));
         label_width = std::max(label_width, bar_width + 6 * scale + textWidth(labels.back(), scale));
     }
     Image out = displayImage(image.width + 2 * margin + label_width, image.height, kPaper);
     for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) put(out, x, y, mapColour(map, pixelMean(image, x, y) / max));
+        for (int x = 0; x < image.width; ++x) put(out, x, y, mapColour(map, (pixelMean(image, x, y) - min) / (max - min)));
     }
     const int left = image.width + margin;
     for (int y = 0; y < bar_height; ++y) {

@@ -29,9 +29,9 @@ Image displayLinear(const Image& image, double white);
 /// gradient. @param exposure  1 / [the image's unit]
 Image displayFilmic(const Image& radiance, double exposure);
 
-/// The mean of the channels through a colour map, 0..max, with a labelled colour bar to the right.
+/// The mean of the channels through a colour map, min..max, with a labelled colour bar to the right.
 /// @param unit  written above the bar, for instance "W/m2"
-Image displayMapped(const Image& image, ColourMap map, double max, const std::string& unit);
+Image displayMapped(const Image& image, ColourMap map, double min, double max, const std::string& unit);
 
 /// Repeats pixels so that the shorter side reaches `pixels`; `aspect` stretches the height (voxels that are not cubes).
 Image enlarge(const Image& image, int pixels, double aspect = 1);

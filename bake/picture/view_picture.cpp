@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 
+#include "bake/optics/phase_function.h"
 #include "bake/optics/snell.h"
 #include "bake/picture/view_scene.h"
 #include "bake/picture/volume_lookup.h"
@@ -43,11 +44,6 @@ double hashed(std::uint32_t seed) {
     return seed / 4294967296.0;
 }
 
-double henyeyGreenstein(double g, double cosine) {
-    const double base = std::max(1e-6, 1 + g * g - 2 * g * cosine);
-    return (1 - g * g) / (4 * kPi * base * std::sqrt(base));
-}
-
 /// Everything that one eye ray needs, shared by all pixels.
 class ViewRenderer {
 public:
@@ -61,7 +57,8 @@ public:
             extinction_ += *settings.shaft_scattering - scattering_;
             scattering_ = glm::dvec3(*settings.shaft_scattering);
         }
-        if (settings.shaft_anisotropy) anisotropy_ = *settings.shaft_anisotropy;
+        // Straight on would be a mirror image of the sun, not a picture.
+        anisotropy_ = std::clamp(settings.shaft_anisotropy.value_or(anisotropy_), -0.99, 0.99);
         for (const Light& light : scene.lights) {
             if (glm::length(light.irradiance) > glm::length(sun_irradiance_)) {
                 sun_irradiance_ = light.irradiance;
@@ -140,7 +137,7 @@ private:
             // Mixed directions act like a wider phase function: g x |direction|.
             const double concentration = std::min(1.0, flux / mean);
             const double cosine = flux > 0 ? glm::dot(light.flux, -direction) / flux : 0.0;
-            sum += light.irradiance * henyeyGreenstein(anisotropy_ * concentration, cosine) * glm::exp(-extinction_ * distance);
+            sum += light.irradiance * henyeyGreenstein(cosine, anisotropy_ * concentration) * glm::exp(-extinction_ * distance);
         }
         // A little of the skylight is scattered too: shadows in the water are not black.
         const glm::dvec3 skylight = settings_.ambient * reference_ / (4 * kPi) * glm::dvec3(0.5, 0.8, 1.0);
@@ -198,15 +195,22 @@ ViewSettings defaultView(const Scene& scene) {
     const glm::dvec3 size = scene.domain.max - scene.domain.min;
     const glm::dvec3 centre = 0.5 * (scene.domain.min + scene.domain.max);
     const double radius = 0.5 * glm::length(size);
-    // From the sun's side the shafts are seen from behind and the floor's pattern in front; a quarter turn off shows both.
-    glm::dvec2 towards_sun(-0.55, -0.85);
+    // Look into the open side, away from the walls; without walls a quarter turn off the sun shows shafts and floor.
+    glm::dvec2 open_side(0);
+    for (const Object& object : scene.objects) {
+        const auto* plane = std::get_if<Plane>(&object.shape);
+        if (plane && object.blocks()) open_side += glm::dvec2(plane->normal);
+    }
     for (const Light& light : scene.lights) {
         const glm::dvec2 level(-light.direction.x, -light.direction.y);
-        if (glm::length(level) > 0.05) towards_sun = {level.x * 0.5 - level.y * 0.87, level.y * 0.5 + level.x * 0.87};
+        if (glm::length(open_side) < 0.05) open_side = {level.x * 0.5 - level.y * 0.87, level.y * 0.5 + level.x * 0.87};
     }
-    towards_sun = glm::normalize(towards_sun);
+    if (glm::length(open_side) < 0.05) open_side = {-0.55, -0.85};
+    // A little off the diagonal: corners don't line up.
+    const glm::dvec2 side = glm::normalize(open_side);
+    const glm::dvec2 turned(0.97 * side.x + 0.24 * side.y, 0.97 * side.y - 0.24 * side.x);
     view.target = centre - glm::dvec3(0, 0, 0.06 * size.z);
-    const glm::dvec3 from = glm::normalize(glm::dvec3(towards_sun, 0.85));
+    const glm::dvec3 from = glm::normalize(glm::dvec3(turned, 0.8));
     view.eye = view.target + 0.96 * radius / std::sin(glm::radians(view.field_of_view_deg) / 2) * from;
     return view;
 }

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "bake/cli/bake_plan.h"
+#include "bake/cli/json.h"
+#include "bake/cli/verbs.h"
+#include "bake/cli/version.h"
+#include "bake/field/density.h"
+#include "bake/field/post_process.h"
+#include "bake/field/scene_grid.h"
+#include "bake/image/atomic_file.h"
+#include "bake/methods/catalogue.h"
+#include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Seconds since its start, or since the last call.
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+double iorOfMedium(const Scene& scene) {
+    for (const Surface& surface : scene.surfaces) {
+        if (surface.event != SurfaceEvent::Reflect) return surface.ior_below;
+    }
+    return 1.0;
+}
+
+/// True when `path` is a volume that was baked from these very inputs.
+bool upToDate(const std::string& path, const std::string& hash) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(path, ignored)) return false;
+    try {
+        const auto metadata = readVdb(path).metadata;
+        const auto found = metadata.find("scene_hash");
+        return found != metadata.end() && found->second == hash;
+    } catch (const Error&) {
+        return false;    // damaged: bake it again
+    }
+}
+
+/// A volume as it is written, from a result whose field is moved out.
+LightVolume makeVolume(const Scene& scene, const Method& method, const Json& settings, const std::string& hash, BakeResult& result) {
+    const GridSet& grids = scene.bake.grids;
+    LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {}, {}};
+    if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
+    if (grids.density) volume.scalars.emplace("density", mediumDensity(scene, volume.field.neededPtr()));
+    volume.metadata = {{"version", "1"},
+                       {"program", std::string("photic ") + kVersion},
+                       {"method", method.name},
+                       {"options", dump(settings)},
+                       {"paths", scene.bake.paths == Paths::All ? "all" : "caustic"},
+                       {"quadrature", fmt::format("{}", scene.bake.quadrature)},
+                       {"prefilter", scene.bake.prefilter ? "true" : "false"},
+                       {"reference_irradiance", fmt::format("{}", volume.reference_irradiance)},
+                       {"ior", fmt::format("{}", iorOfMedium(scene))},
+                       {"up_axis", "Z"},
+                       {"frame", fmt::format("{}", scene.frame)},
+                       {"ledger", dump(ledgerJson(result.report))},
+                       {"scene_hash", hash}};
+    return volume;
+}
+
+void writeStandardError(const BakeArguments& arguments, const std::string& path, BakeResult& result, const Method& method, double reference) {
+    if (!result.standard_error) {
+        throw Error(ErrorCode::Usage, fmt::format("method '{}' knows no standard error; use --method photons", method.name), "--standard-error");
+    }
+    LightVolume volume{std::move(*result.standard_error), reference, true, false, {}, {}};
+    volume.metadata = {{"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
+    if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
+    writeVdb(path, volume, arguments.file);
+}
+
+/// The report as people read it.
+void summarise(Terminal& terminal, const std::string& output, const Method& method, const GridFrame& frame, const BakeReport& report, std::int64_t file_bytes) {
+    const glm::ivec3 size = frame.size();
+    terminal.say(fmt::format("{}: {:.4g} of {:.4g} needed voxels lit ({} x {} x {}, {:.4g} mm), {:.1f} MB", output,
+                             static_cast<double>(report.active_voxels), static_cast<double>(report.needed_voxels), size.x, size.y, size.z,
+                             frame.world_from_index[0].x * 1000, static_cast<double>(file_bytes) * 1e-6));
+    std::string stages;
+    double total = 0;
+    for (const auto& [stage, seconds] : report.seconds) {
+        stages += fmt::format("{} {:.2f}, ", stage, seconds);
+        total += seconds;
+    }
+    terminal.say(fmt::format("  {}{}{}, {} thread{}: {}together {:.2f} s", method.name, report.instruction_set.empty() ? "" : ", ",
+                             report.instruction_set, report.threads, report.threads == 1 ? "" : "s", stages, total));
+    terminal.say(fmt::format("  power ledger off by {:.1e}, path ledger by {:.1e}", report.power.imbalance(), report.path.imbalance()));
+    if (!report.skipped.empty()) terminal.say(fmt::format("  skipped: {}", fmt::join(report.skipped, "; ")));
+}
+
+/// One frame from file to file. Returns its report document.
+Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::string& output, Terminal& terminal) {
+    Stopwatch watch;
+    terminal.progress("scene", 0);
+    Scene scene = loadScene(arguments.scene, frame_number, terminal);
+    applySettings(arguments, scene);
+    const Method& method = chooseMethod(scene.bake.method, scene);
+    for (const auto& [name, wanted] : {std::pair{"caustic", scene.bake.grids.caustic}, std::pair{"arrival_time", scene.bake.grids.arrival_time}}) {
+        if (wanted && std::find(method.grids.begin(), method.grids.end(), name) == method.grids.end()) {
+            throw Error(ErrorCode::Input, fmt::format("method '{}' makes no grid '{}'; it makes {} and density", method.name, name, fmt::join(method.grids, ", ")), scene.file);
+        }
+    }
+    const Json settings = settingsJson(scene, method, arguments.file);
+    const std::string hash = inputHash(scene, settings);
+    Json document{{"schema", "photic-report-1"}, {"program", std::string("photic ") + kVersion}, {"scene", arguments.scene},
+                  {"scene_hash", hash},          {"frame", frame_number},                         {"output", output},
+                  {"up_to_date", false},         {"settings", settings}};
+    if (arguments.frames && !arguments.force && upToDate(output, hash)) {
+        terminal.say(output + ": unchanged, kept");
+        document["up_to_date"] = true;
+        return document;
+    }
+    terminal.checkCancelled();
+    const double scene_seconds = watch.lap();
+
+    // The box alone may be more than the machine can hold: find out before a table of it is made.
+    const GridFrame frame = sceneFrame(scene);
+    if (scene.bake.where == Where::Everywhere) checkMemory(estimateBake(scene, method, frame, nullptr, arguments.file), arguments.max_memory_bytes);
+    terminal.progress("needed", 0);
+    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, terminal));
+    checkMemory(estimateBake(scene, method, frame, needed.get(), arguments.file), arguments.max_memory_bytes);
+    const double needed_seconds = watch.lap();
+
+    const auto given = scene.bake.method_options.find(method.name);
+    BakeResult result = method.bake(scene, needed, given == scene.bake.method_options.end() ? GivenOptions{} : given->second, terminal);
+    terminal.checkCancelled();
+    watch.lap();
+    BakeReport& report = result.report;
+    report.reference_irradiance = scene.referenceIrradiance();
+    report.needed_voxels = needed->count();
+    report.threads = threadCount();
+    report.seconds.insert(report.seconds.begin(), {{"scene", scene_seconds}, {"needed", needed_seconds}});
+    if (scene.bake.prefilter) {
+        prefilterForTrilinear(result.field);
+        report.seconds.emplace_back("prefilter", watch.lap());
+    }
+    report.field_bytes = std::max(report.field_bytes, result.field.bytes());
+
+    if (!arguments.standard_error_file.empty()) {
+        BakeArguments named = arguments;
+        named.output = arguments.standard_error_file;
+        writeStandardError(arguments, outputPath(named, frame_number), result, method, scene.referenceIrradiance());
+    }
+    const LightVolume volume = makeVolume(scene, method, settings, hash, result);
+    terminal.checkCancelled();
+    terminal.progress("write", 0);
+    report.active_voxels = writeVdb(output, volume, arguments.file);
+    report.seconds.emplace_back("write", watch.lap());
+    terminal.progress("write", 1);
+    const auto file_bytes = static_cast<std::int64_t>(fs::file_size(output));
+
+    // What was warned about while it ran and what the method noted, each once.
+    std::vector<std::string> warnings = terminal.takeWarnings();
+    for (const std::string& warning : report.warnings) {
+        if (std::find(warnings.begin(), warnings.end(), warning) != warnings.end()) continue;
+        warnings.push_back(warning);
+        terminal.warn(warning);
+    }
+    terminal.takeWarnings();
+    report.warnings = std::move(warnings);
+    summarise(terminal, output, method, frame, report, file_bytes);
+    document["grid"] = toJson(frame);
+    document["file_bytes"] = file_bytes;
+    document.update(toJson(report));
+    return document;
+}
+
+int dryRun(const BakeArguments& arguments, int frame_number, int frames, const std::string& output, Terminal& terminal) {
+    Scene scene = loadScene(arguments.scene, frame_number, terminal);
+    applySettings(arguments, scene);
+    const Method& method = chooseMethod(scene.bake.method, scene);
+    const GridFrame frame = sceneFrame(scene);
+    BakeEstimate estimate = estimateBake(scene, method, frame, nullptr, arguments.file);
+    const std::int64_t limit = arguments.max_memory_bytes > 0 ? arguments.max_memory_bytes : machineMemory();
+    if (scene.bake.where != Where::Everywhere && estimate.leaves < limit / 100) {
+        const NeededVoxels needed = sceneNeededVoxels(scene, frame, terminal);
+        estimate = estimateBake(scene, method, frame, &needed, arguments.file);
+    }
+    const bool fits = estimate.memory_bytes <= limit;
+    terminal.say(fmt::format("{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on disk, {:.1f} s{} with {} on {} threads (an estimate, good to a factor of three)",
+                             output, static_cast<double>(estimate.needed_voxels), static_cast<double>(frame.voxelCount()),
+                             static_cast<double>(estimate.leaves), static_cast<double>(estimate.memory_bytes) * 1e-6,
+                             fits ? "" : " (more than there is: it would be refused)", static_cast<double>(estimate.file_bytes) * 1e-6,
+                             estimate.seconds * frames, frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    if (arguments.json) {
+        print({{"schema", "photic-estimate-1"},
+               {"scene", arguments.scene},
+               {"output", output},
+               {"method", method.name},
+               {"frames", frames},
+               {"grid", toJson(frame)},
+               {"voxels", frame.voxelCount()},
+               {"needed_voxels", estimate.needed_voxels},
+               {"leaves", estimate.leaves},
+               {"memory_bytes", estimate.memory_bytes},
+               {"memory_limit_bytes", limit},
+               {"fits", fits},
+               {"file_bytes", estimate.file_bytes},
+               {"seconds", estimate.seconds * frames}});
+    }
+    return 0;
+}
+
+}  // namespace
+
+int run(const BakeArguments& arguments, Terminal& terminal) {
+    const FrameRange range = arguments.frames.value_or(FrameRange{});
+    const int frames = range.last - range.first + 1;
+    const std::string first_output = outputPath(arguments, range.first);
+    if (arguments.dry_run) return dryRun(arguments, range.first, frames, first_output, terminal);
+    checkWritable(first_output);
+    if (!arguments.report_file.empty()) checkWritable(arguments.report_file);
+
+    Json documents = Json::array(), outputs = Json::array();
+    for (int frame = range.first; frame <= range.last; ++frame) {
+        terminal.checkCancelled();
+        terminal.beginPart(frame - range.first, frames);
+        const std::string output = outputPath(arguments, frame);
+        documents.push_back(bakeFrame(arguments, frame, output, terminal));
+        outputs.push_back(output);
+        if (arguments.frames) {
+            terminal.event(dump({{"event", "frame"}, {"frame", frame}, {"output", output}, {"report", documents.back()}}));
+        }
+    }
+    const Json& report = arguments.frames ? documents : documents.front();
+    if (!arguments.report_file.empty()) writeFileAtomically(arguments.report_file, dump(report, 2) + "\n");
+    terminal.event(dump({{"event", "done"}, {"output", outputs.back()}, {"outputs", outputs}, {"report", documents.back()}}));
+    if (arguments.json) print(report);
+    return 0;
+}
+
+}  // namespace photic::cli

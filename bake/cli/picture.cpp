@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "bake/cli/bake_plan.h"
+#include "bake/cli/verbs.h"
+#include "bake/image/colour_map.h"
+#include "bake/picture/display.h"
+#include "bake/picture/receiver_picture.h"
+#include "bake/picture/view_picture.h"
+#include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
+
+namespace photic::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Display white of receiver pictures, in units of the light across the beam: focused light is several times brighter,
+// and unfocused light should not be black.
+constexpr double kWhiteOverReference = 3.0;
+// Bars and exposures leave out the brightest voxels: a caustic's peak would make the rest dark.
+constexpr double kTopPercentile = 0.998;
+
+/// One volume with the scene of its frame.
+struct Shot {
+    Scene scene;
+    LightVolume volume;
+    std::string stem;
+};
+
+/// Something that is pictured: how an image of it is made, and how it is displayed.
+struct Subject {
+    std::string name;
+    std::function<Image(const Shot&)> make;
+    bool view = false;                 ///< filmic radiance instead of irradiance
+    bool linear_display = false;       ///< also a plain linear PNG (receivers)
+    int enlarge_to = 0;                ///< pixels of the shorter side; 0: as it is
+};
+
+int axisNamed(char letter) { return letter - 'x'; }
+
+ColourMap colourMapNamed(const std::string& name) {
+    const auto& names = colourMapNames();
+    return static_cast<ColourMap>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+glm::dvec3 parsePoint(const std::string& text, const char* option) {
+    glm::dvec3 p{0};
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 || used != static_cast<int>(text.size())) {
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is no point; write {}=x,y,z in metres", text, option), option);
+    }
+    return p;
+}
+
+ViewSettings viewSettings(const PictureArguments& arguments, const Scene& scene) {
+    ViewSettings view = defaultView(scene);
+    if (!arguments.eye.empty()) view.eye = parsePoint(arguments.eye, "--eye");
+    if (!arguments.target.empty()) view.target = parsePoint(arguments.target, "--target");
+    if (arguments.field_of_view_deg) view.field_of_view_deg = *arguments.field_of_view_deg;
+    if (!arguments.size.empty()) {
+        int used = 0;
+        const bool pair = std::sscanf(arguments.size.c_str(), "%5dx%5d%n", &view.width, &view.height, &used) == 2;
+        if (!pair || used != static_cast<int>(arguments.size.size()) || std::min(view.width, view.height) < 1 || std::max(view.width, view.height) > 16384) {
+            throw Error(ErrorCode::Usage, fmt::format("'{}' is no size; write --size 960x640, at most 16384 a side", arguments.size), "--size");
+        }
+    }
+    view.samples = arguments.samples;
+    view.tile_size = arguments.tile_size;
+    view.shaft_scattering = arguments.shafts;
+    view.shaft_anisotropy = arguments.shaft_anisotropy;
+    view.show_surface = arguments.show_surface;
+    return view;
+}
+
+/// "z=-0.5": the axis, and the world coordinate of the layer's centre.
+std::pair<int, double> parseSlice(const std::string& text) {
+    char letter = 0;
+    double place = 0;
+    int used = 0;
+    const bool fits = std::sscanf(text.c_str(), "%c=%lf%n", &letter, &place, &used) == 2 && used == static_cast<int>(text.size());
+    if (!fits || letter < 'x' || letter > 'z' || !std::isfinite(place)) {
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is no slice; write for instance --slice z=-0.5", text), "--slice");
+    }
+    return {axisNamed(letter), place};
+}
+
+/// The layer of voxels at a world coordinate, seen from the middle of the grid (sheared grids lean).
+int layerAt(const GridFrame& frame, int axis, double place) {
+    glm::dvec3 world = frame.worldFromIndex(0.5 * glm::dvec3(frame.min + frame.max));
+    world[axis] = place;
+    const double index = frame.indexFromWorld(world)[axis];
+    const double low = frame.min[axis], high = frame.max[axis];
+    if (!(index >= low - 0.5 && index <= high + 0.5)) {
+        const char letter = static_cast<char>('x' + axis);
+        glm::dvec3 first = 0.5 * glm::dvec3(frame.min + frame.max), last = first;
+        first[axis] = low, last[axis] = high;
+        throw Error(ErrorCode::Usage, fmt::format("{} = {} m lies outside of the volume, which reaches from {:.4g} to {:.4g} m", letter, place, frame.worldFromIndex(first)[axis], frame.worldFromIndex(last)[axis]),
+                    "--slice");
+    }
+    return static_cast<int>(std::lround(std::clamp(index, low, high)));
+}
+
+/// Height of a pixel over its width in a picture across `axis`.
+double pixelAspect(const GridFrame& frame, int axis) {
+    const auto& m = frame.world_from_index;
+    const int right = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
+    return std::fabs(m[up][up] / m[right][right]);
+}
+
+std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Scene& scene) {
+    std::vector<Subject> subjects;
+    const bool asked = !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view;
+    auto receivers = arguments.receivers, xrays = arguments.xrays;
+    if (!asked) {
+        receivers = planarReceivers(scene);
+        xrays = {"y"};
+    }
+    for (const std::string& name : receivers) {
+        const int resolution = arguments.resolution;
+        receiverFrame(scene, name, resolution);    // refuses unknown names before any work
+        subjects.push_back({name, [name, resolution](const Shot& shot) { return receiverPicture(shot.volume, receiverFrame(shot.scene, name, resolution)); }, false, true, 0});
+    }
+    for (const std::string& text : arguments.slices) {
+        const auto [axis, place] = parseSlice(text);
+        subjects.push_back({"slice_" + text, [axis = axis, place = place](const Shot& shot) {
+                                const GridFrame& frame = shot.volume.field.frame();
+                                const Image image = slicePicture(shot.volume, axis, layerAt(frame, axis, place));
+                                return pixelAspect(frame, axis) == 1 ? image : enlarge(image, 0, pixelAspect(frame, axis));
+                            }, false, false, arguments.resolution});
+    }
+    for (const std::string& letter : xrays) {
+        const int axis = axisNamed(letter[0]);
+        subjects.push_back({"xray_" + letter, [axis](const Shot& shot) {
+                                const double aspect = pixelAspect(shot.volume.field.frame(), axis);
+                                const Image image = xrayPicture(shot.volume, axis);
+                                return aspect == 1 ? image : enlarge(image, 0, aspect);
+                            }, false, false, arguments.resolution});
+    }
+    if (arguments.view) {
+        subjects.push_back({"view", [&arguments](const Shot& shot) { return viewPicture(shot.scene, shot.volume, viewSettings(arguments, shot.scene)); }, true, false, 0});
+    }
+    if (subjects.empty()) throw Error(ErrorCode::Input, "nothing to picture", scene.file);
+    return subjects;
+}
+
+Shot loadShot(const PictureArguments& arguments, const std::string& path, Terminal& terminal) {
+    LightVolume volume = readVdb(path);
+    int frame = 0;
+    const auto found = volume.metadata.find("frame");
+    if (found != volume.metadata.end()) frame = std::atoi(found->second.c_str());
+    return {loadScene(arguments.scene, frame, terminal), std::move(volume), fs::path(path).stem().string()};
+}
+
+/// The value that the brightest of some images should be shown at.
+double commonTop(const std::vector<Image>& images, double fraction) {
+    double top = 0;
+    for (const Image& image : images) top = std::max(top, percentile(image, fraction));
+    return top;
+}
+
+class Album {
+public:
+    Album(const PictureArguments& arguments, Terminal& terminal) : arguments_(arguments), terminal_(terminal), map_(colourMapNamed(arguments.colour_map)) {}
+
+    /// Writes all pictures of one subject from the images of every shot.
+    void add(const Subject& subject, const std::vector<Image>& images, const std::vector<Shot>& shots) {
+        std::vector<Image> mapped, linear;
+        const double top = arguments_.max.value_or(niceCeiling(commonTop(images, kTopPercentile)));
+        const double radiance_top = subject.view ? commonTop(images, 0.97) : 0;
+        for (std::size_t i = 0; i < images.size(); ++i) {
+            const std::string base = shots[i].stem + "_" + subject.name;
+            const Image shown = subject.enlarge_to > 0 ? enlarge(images[i], subject.enlarge_to) : images[i];
+            if (subject.view) {
+                linear.push_back(displayFilmic(images[i], 0.8 * arguments_.exposure / std::max(radiance_top, 1e-30)));
+            } else {
+                mapped.push_back(displayMapped(shown, map_, 0, top, "W/m2"));
+                if (subject.linear_display) linear.push_back(displayLinear(shown, kWhiteOverReference * shots[i].volume.reference_irradiance / arguments_.exposure));
+            }
+            if (arguments_.film_strip) continue;
+            write(base + ".exr", images[i], true);
+            if (!mapped.empty()) write(base + "_map.png", mapped.back(), false);
+            if (!linear.empty()) write(base + ".png", linear.back(), false);
+        }
+        if (!arguments_.film_strip) return;
+        std::vector<std::string> captions;
+        for (const Shot& shot : shots) captions.push_back(shot.stem);
+        const std::string base = fs::path(arguments_.scene).stem().string() + "_" + subject.name + "_strip";
+        if (!linear.empty()) write(base + ".png", filmStrip(linear, captions, arguments_.columns), false);
+        if (!mapped.empty()) write(base + "_map.png", filmStrip(mapped, captions, arguments_.columns), false);
+    }
+
+private:
+    void write(const std::string& name, const Image& image, bool exr) {
+        const std::string path = (fs::path(arguments_.directory) / name).string();
+        exr ? writeExr(path, image) : writePng(path, image);
+        terminal_.say(path);
+    }
+
+    const PictureArguments& arguments_;
+    Terminal& terminal_;
+    ColourMap map_;
+};
+
+}  // namespace
+
+int run(const PictureArguments& arguments, Terminal& terminal) {
+    if (arguments.volumes.size() > 1 && !arguments.film_strip) {
+        throw Error(ErrorCode::Usage, fmt::format("{} volumes were given; several are for --film-strip", arguments.volumes.size()));
+    }
+    std::error_code failure;
+    fs::create_directories(arguments.directory, failure);
+    checkWritable((fs::path(arguments.directory) / "picture").string());
+
+    terminal.progress("read", 0);
+    std::vector<Shot> shots;
+    std::vector<Subject> subjects;
+    std::vector<std::vector<Image>> images;
+    // One volume at a time is in memory: a shot keeps the pictures of it and a volume without light.
+    for (const std::string& path : arguments.volumes) {
+        terminal.checkCancelled();
+        Shot shot = loadShot(arguments, path, terminal);
+        if (subjects.empty()) {
+            subjects = chooseSubjects(arguments, shot.scene);
+            images.resize(subjects.size());
+        }
+        for (std::size_t s = 0; s < subjects.size(); ++s) {
+            terminal.checkCancelled();
+            terminal.progress("picture", static_cast<double>(s) / static_cast<double>(subjects.size()));
+            images[s].push_back(subjects[s].make(shot));
+        }
+        const auto nothing = std::make_shared<NeededVoxels>(NeededVoxels::none(GridFrame{}));
+        nothing->finish();
+        shot.volume.field = LightField(nothing, shot.volume.field.channels());
+        shot.volume.scalars.clear();
+        shots.push_back(std::move(shot));
+    }
+    Album album(arguments, terminal);
+    for (std::size_t s = 0; s < subjects.size(); ++s) album.add(subjects[s], images[s], shots);
+    return 0;
+}
+
+}  // namespace photic::cli
