@@ -29,6 +29,18 @@ TEST(Pool3, IndependentGeneratorConvergesToTheMap) {
     EXPECT_LT(last, 0.004);
 }
 
+TEST(Pool3, DiscMapIsTheMeanOfItsDirections) {
+    // 16 of the directions stand in for 512: the same light, blurred by the disc, with seams of a sixteenth.
+    const FloorMap disc = pool3::exactDiscFloor();
+    std::vector<double> mean(512 * 512);
+    for (const auto& direction : pool3::discDirections(pool3::sun(), 0.53, 16)) {
+        const FloorMap map = pool3::traceFloor(512, 512, direction);
+        for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += map.values[i] / 16;
+    }
+    EXPECT_LT(relativeL1(mean, disc.values), 0.03);
+    EXPECT_GT(relativeL1(pool3::exactFloor().values, disc.values), 0.1);
+}
+
 TEST(Pool3, ErrorsAreMeasuredRelativeToTheReference) {
     EXPECT_DOUBLE_EQ(relativeL1({1, 3}, {2, 2}), 0.5);
     EXPECT_DOUBLE_EQ(relativeRmse({1, 5}, {2, 2}), std::sqrt(5.0) / 2);
