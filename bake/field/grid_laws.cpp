@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/field/grid_laws.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr std::int64_t kBlock = 1024;  // leaves whose sums are kept apart, so that the total does not depend on threads
+
+template <class Body>
+void forEachLitVoxel(const LightField& field, int slot, Body body) {
+    if (field.state(slot) == LeafState::Empty) return;
+    const auto& mask = field.needed().mask(slot);
+    const auto channels = static_cast<std::size_t>(field.channels().count());
+    std::array<float, 8> v{};
+    for (int i = 0; i < LightField::kLeafVoxels; ++i) {
+        if (!NeededVoxels::maskBit(mask, i)) continue;
+        for (std::size_t c = 0; c < channels; ++c)
+            v[c] = field.state(slot) == LeafState::Dense ? field.dense(slot)[c * LightField::kLeafVoxels + static_cast<std::size_t>(i)] : field.constant(slot)[c];
+        body(i, v);
+    }
+}
+
+double meanIrradiance(const LightField& field, const std::array<float, 8>& v) {
+    double sum = 0;
+    for (int c = 0; c < field.channels().irradiance; ++c) sum += double(v[static_cast<std::size_t>(c)]);
+    return sum / field.channels().irradiance;
+}
+
+}  // namespace
+
+double netFluxThroughBox(const LightField& field, const glm::ivec3& min, const glm::ivec3& max) {
+    const glm::dmat3& m = field.frame().world_from_index;
+    double net = 0, total = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        // Area vector of a voxel's face, towards growing index; right for sheared and mirrored grids.
+        glm::dvec3 area = glm::cross(m[u], m[v]);
+        if (glm::dot(area, m[axis]) < 0) area = -area;
+        for (const int side : {0, 1}) {
+            glm::ivec3 in(0), out(0);
+            in[axis] = side ? max[axis] : min[axis];
+            out[axis] = side ? in[axis] + 1 : in[axis] - 1;
+            for (in[u] = out[u] = min[u]; in[u] <= max[u]; out[u] = ++in[u])
+                for (in[v] = out[v] = min[v]; in[v] <= max[v]; out[v] = ++in[v]) {
+                    const double power = 0.5 * glm::dot(field.flux(in) + field.flux(out), area);
+                    net += side ? power : -power;
+                    total += std::fabs(power);
+                }
+        }
+    }
+    return total > 0 ? net / total : 0.0;
+}
+
+std::vector<double> layerPower(const LightField& field) {
+    const GridFrame& frame = field.frame();
+    const auto layers = static_cast<std::size_t>(std::max(frame.size().z, 0));
+    std::vector<double> power(layers);
+    if (!field.channels().flux || layers == 0) return power;
+    const glm::dvec3 area = glm::cross(frame.world_from_index[0], frame.world_from_index[1]);
+    const auto f = static_cast<std::size_t>(field.channels().irradiance);
+    const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
+    std::vector<std::vector<double>> sums(static_cast<std::size_t>(blocks));
+    parallelFor(blocks, [&](std::int64_t block) {
+        auto& sum = sums[static_cast<std::size_t>(block)];
+        sum.assign(layers, 0.0);
+        const auto end = std::min<std::int64_t>((block + 1) * kBlock, field.leafCount());
+        for (auto slot = static_cast<int>(block * kBlock); slot < end; ++slot) {
+            const int base = field.needed().leafOrigin(slot).z - frame.min.z;
+            forEachLitVoxel(field, slot, [&](int i, const std::array<float, 8>& v) {
+                sum[static_cast<std::size_t>(base + (i & 7))] -= glm::dot(area, glm::dvec3(v[f], v[f + 1], v[f + 2]));
+            });
+        }
+    });
+    for (const auto& sum : sums)
+        for (std::size_t k = 0; k < layers; ++k) power[k] += sum[k];
+    return power;
+}
+
+std::vector<LawCheck> checkLaws(const LightField& field) {
+    struct Extremes {
+        double not_finite = 0, lowest = 0, brightest = 0, excess = 0;
+    };
+    const auto f = static_cast<std::size_t>(field.channels().irradiance);
+    const auto channels = static_cast<std::size_t>(field.channels().count());
+    const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
+    std::vector<Extremes> found(static_cast<std::size_t>(blocks));
+    parallelFor(blocks, [&](std::int64_t block) {
+        Extremes& e = found[static_cast<std::size_t>(block)];
+        const auto end = std::min<std::int64_t>((block + 1) * kBlock, field.leafCount());
+        for (auto slot = static_cast<int>(block * kBlock); slot < end; ++slot)
+            forEachLitVoxel(field, slot, [&](int, const std::array<float, 8>& v) {
+                for (std::size_t c = 0; c < channels; ++c)
+                    if (!std::isfinite(v[c])) {
+                        e.not_finite += 1;
+                        return;
+                    }
+                for (std::size_t c = 0; c < f; ++c) e.lowest = std::min(e.lowest, double(v[c]));
+                const double mean = meanIrradiance(field, v);
+                e.brightest = std::max(e.brightest, mean);
+                if (field.channels().flux) {
+                    const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2]));
+                    if (length > mean) e.excess = std::max(e.excess, length > 0 ? (length - std::max(mean, 0.0)) / length : 0.0);
+                }
+            });
+    });
+    Extremes all;
+    for (const Extremes& e : found) {
+        all.not_finite += e.not_finite;
+        all.lowest = std::min(all.lowest, e.lowest);
+        all.brightest = std::max(all.brightest, e.brightest);
+        all.excess = std::max(all.excess, e.excess);
+    }
+    const auto check = [](const char* name, double value, double limit) { return LawCheck{name, value, limit, value <= limit}; };
+    return {check("voxels with a value that is not finite", all.not_finite, 0),
+            check("negative irradiance, of the brightest voxel", all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, 0),
+            // Single precision sums of many arrivals round to this.
+            check("flux longer than irradiance, of its length", all.excess, 1e-5)};
+}
+
+}  // namespace photic
