@@ -107,7 +107,8 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures")->check(CLI::IsMember(colourMapNames()));
     app.add_flag("--film-strip", a.film_strip, "One picture with all volumes side by side, of each thing asked for");
     app.add_option("--columns", a.columns, "Pictures a row of a film strip")->check(CLI::Range(1, 1000));
-    app.add_flag("--view", a.view, "A perspective view of the lit scene through its water");
+    app.add_flag("--view", a.view, "Also a perspective view of the lit scene through its water");
+    app.add_flag("--view-only", a.view_only, "Only that view");
     app.add_option("--eye", a.eye, "Camera position x,y,z [m], written --eye=-2,-3,2");
     app.add_option("--target", a.target, "Point looked at x,y,z [m]");
     app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")->check(CLI::Range(1.0, 150.0));

@@ -119,7 +119,7 @@ double pixelAspect(const GridFrame& frame, int axis) {
 
 std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Scene& scene) {
     std::vector<Subject> subjects;
-    const bool asked = !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view;
+    const bool asked = !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view_only;
     auto receivers = arguments.receivers, xrays = arguments.xrays;
     if (!asked) {
         receivers = planarReceivers(scene);
@@ -146,7 +146,7 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
                                 return aspect == 1 ? image : enlarge(image, 0, aspect);
                             }, false, false, arguments.resolution});
     }
-    if (arguments.view) {
+    if (arguments.view || arguments.view_only) {
         subjects.push_back({"view", [&arguments](const Shot& shot) { return viewPicture(shot.scene, shot.volume, viewSettings(arguments, shot.scene)); }, true, false, 0});
     }
     if (subjects.empty()) throw Error(ErrorCode::Input, "nothing to picture", scene.file);

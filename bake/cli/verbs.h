@@ -59,7 +59,8 @@ struct PictureArguments {
     std::string colour_map = "magma";
     bool film_strip = false;
     int columns = 4;
-    bool view = false;
+    bool view = false;                        ///< beside the other pictures
+    bool view_only = false;
     std::string eye, target, size;
     std::optional<double> field_of_view_deg, shafts, shaft_anisotropy;
     double tile_size = 0;
