@@ -49,7 +49,7 @@ class PhotonTracer {
 public:
     PhotonTracer(const Scene& scene, const GridFrame& frame)
         : objects_(scene), meshes_(scene, CastAgainst::MeshSurfaces), track_end_(frame),
-          extinction_(scene.medium.extinction()), absorption_(scene.medium.absorption) {}
+          extinction_(scene.medium.extinction()), absorption_(scene.medium.absorption), scattering_(scene.medium.scattering) {}
 
     /// @param power  of the photon, per channel [W], before anything blocks it
     void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator& field, Tally& tally) const {
@@ -101,26 +101,25 @@ private:
     }
 
     /// Shares the track's power out between the medium and what is at its end.
-    static void attenuate(const Track& track, double length, double PowerLedger::*end, const glm::dvec3& absorption, PowerLedger& ledger) {
+    void attenuate(const Track& track, double length, double PowerLedger::*end, PowerLedger& ledger) const {
+        if (track.extinction == glm::dvec3(0)) {
+            ledger.*end += mean(track.power);
+            return;
+        }
         for (int c = 0; c < 3; ++c) {
             const double depth = track.extinction[c] * length, power = track.power[c] / 3;
             const double lost = power * depth * meanTransmittance(depth);
-            const double absorbed = lost > 0 ? lost * absorption[c] / track.extinction[c] : 0;
-            ledger.absorbed_medium += absorbed;
-            ledger.scattered += lost - absorbed;
+            if (lost > 0) {
+                ledger.absorbed_medium += lost * absorption_[c] / extinction_[c];
+                ledger.scattered += lost * scattering_[c] / extinction_[c];
+            }
             ledger.*end += power - lost;
         }
-    }
-    void attenuate(const Track& track, double length, double PowerLedger::*end, PowerLedger& ledger) const {
-        if (track.extinction == glm::dvec3(0))
-            ledger.*end += mean(track.power);
-        else
-            attenuate(track, length, end, absorption_, ledger);
     }
 
     RayCaster objects_, meshes_;
     TrackEnd track_end_;
-    glm::dvec3 extinction_, absorption_;
+    glm::dvec3 extinction_, absorption_, scattering_;
 };
 
 /// One light on one surface and its share of the paths.

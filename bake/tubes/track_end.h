@@ -43,7 +43,10 @@ public:
         // The hit voxel is the one that the track comes from: a face on a voxel border must not fall to rounding.
         constexpr double kBorder = 1e-3;
         const double at = (index_from_world_ * (origin + hit.distance * direction - frame_.origin_world))[axis] + 0.5;
-        const double end = along[axis] > 0 ? std::floor(at - kBorder) + 1 + kOvershootVoxels : std::floor(at + kBorder) - kOvershootVoxels;
+        // A hair short of the last layer's far side, which rounding must not push into the next.
+        constexpr double kShort = 1e-9;
+        const double end = along[axis] > 0 ? std::floor(at - kBorder) + 1 + kOvershootVoxels - kShort
+                                           : std::floor(at + kBorder) - kOvershootVoxels + kShort;
         return std::min(longest, hit.distance + (end - at) / along[axis]);
     }
 
