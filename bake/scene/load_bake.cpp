@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bake/scene/load_parts.h"
+#include "bake/scene/load_toml.h"
+
+namespace photic {
+namespace {
+
+const std::vector<std::string> kGridNames{"irradiance", "direction", "caustic", "arrival_time", "density"};
+
+GridSet loadGrids(const TableReader& table) {
+    GridSet grids;
+    const ConfigValue* value = table.find("grids");
+    if (!value) return grids;
+    grids = {false, false, false, false, false};
+    bool* const members[] = {&grids.irradiance, &grids.direction, &grids.caustic, &grids.arrival_time, &grids.density};
+    const std::vector<std::string> names = *table.texts("grids");
+    if (names.empty()) table.fail("grids", "'grids' is empty; ask for at least \"irradiance\"");
+    for (const std::string& name : names) {
+        const auto found = std::find(kGridNames.begin(), kGridNames.end(), name);
+        if (found == kGridNames.end()) {
+            const std::string near = nearestName(name, kGridNames);
+            table.fail("grids", fmt::format("unknown grid \"{}\"; {}", name, near.empty() ? "known: irradiance, direction, caustic, arrival_time, density"
+                                                                                          : fmt::format("did you mean \"{}\"?", near)));
+        }
+        *members[found - kGridNames.begin()] = true;
+    }
+    if (grids.direction && !grids.irradiance) table.fail("grids", "\"direction\" is weighted by \"irradiance\" and useless without it; ask for both");
+    return grids;
+}
+
+GivenOptions loadOptions(const ConfigValue& table, const std::string& method) {
+    GivenOptions options;
+    for (const auto& [key, value] : table.entries) {
+        GivenOption option{{}, value.where};
+        switch (value.kind) {
+            case ConfigValue::Kind::Boolean: option.value = value.boolean; break;
+            case ConfigValue::Kind::Integer: option.value = value.integer; break;
+            case ConfigValue::Kind::Number: option.value = value.number; break;
+            case ConfigValue::Kind::String: option.value = value.string; break;
+            default:
+                throw Error(ErrorCode::Input,
+                            fmt::format("'{}' in [bake.{}] is {}; an option is a number, a string, true or false", key, method, value.kindName()), value.where);
+        }
+        options.emplace(key, std::move(option));
+    }
+    return options;
+}
+
+}  // namespace
+
+BakeSettings loadBake(const ConfigValue& value) {
+    std::vector<std::string> known{"method", "grids", "where", "band", "paths", "quadrature", "tolerance", "prefilter"};
+    // Any table in here holds a method's own options: which methods there are is the catalogue's to say.
+    BakeSettings bake;
+    if (value.kind == ConfigValue::Kind::Table)
+        for (const auto& [key, entry] : value.entries)
+            if (entry.kind == ConfigValue::Kind::Table) {
+                bake.method_options[key] = loadOptions(entry, key);
+                if (std::find(known.begin(), known.end(), key) == known.end()) known.push_back(key);
+            }
+    const TableReader table(value, "[bake]", known, {"bounces"});
+
+    bake.method = table.text("method").value_or(bake.method);
+    bake.grids = loadGrids(table);
+    bake.where = static_cast<Where>(table.choice("where", {"everywhere", "receivers", "media"}).value_or(0));
+    bake.band = static_cast<int>(table.integer("band", 0, 1024).value_or(bake.band));
+    bake.paths = static_cast<Paths>(table.choice("paths", {"caustic", "all"}).value_or(0));
+    bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 4).value_or(bake.quadrature));
+    if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
+    bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
+    bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);
+    return bake;
+}
+
+}  // namespace photic

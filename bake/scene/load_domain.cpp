@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "bake/report/error.h"
+#include "bake/scene/load_parts.h"
+
+namespace photic {
+namespace {
+
+constexpr int kDefaultResolution = 128;
+constexpr int kMarginVoxels = 2;
+constexpr double kMostVoxels = 274877906944.0;  // 2^38
+
+struct Bounds3 {
+    glm::dvec3 min{std::numeric_limits<double>::infinity()}, max{-std::numeric_limits<double>::infinity()};
+    void add(const glm::dvec3& p) { min = glm::min(min, p), max = glm::max(max, p); }
+    bool empty() const { return !(min.x <= max.x); }
+};
+
+/// A plane extends the box along the axis nearest to its normal, to where it meets the box's other two extents.
+void addPlane(const Plane& plane, const Bounds3& box, Bounds3& out) {
+    const glm::dvec3 n = glm::abs(plane.normal);
+    const int axis = n.z >= n.x && n.z >= n.y ? 2 : n.y >= n.x ? 1 : 0;
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (int corner = 0; corner < 4; ++corner) {
+        glm::dvec3 p;
+        p[a] = corner & 1 ? box.max[a] : box.min[a], p[b] = corner & 2 ? box.max[b] : box.min[b];
+        p[axis] = plane.point[axis] - (plane.normal[a] * (p[a] - plane.point[a]) + plane.normal[b] * (p[b] - plane.point[b])) / plane.normal[axis];
+        out.add(p);
+    }
+}
+
+Bounds3 sceneBounds(const Scene& scene) {
+    Bounds3 box;
+    for (const Surface& surface : scene.surfaces) {
+        if (surface.mesh) {
+            for (const glm::dvec3& p : surface.mesh->positions) box.add(p);
+        } else {
+            const glm::dvec2 half = 0.5 * surface.size + surface.height_field->maxDisplacement();
+            box.add({glm::dvec2(surface.center) - half, surface.height_field->minZ()});
+            box.add({glm::dvec2(surface.center) + half, surface.height_field->maxZ()});
+        }
+    }
+    for (const Object& object : scene.objects)
+        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape); mesh && object.receives())
+            for (const glm::dvec3& p : (*mesh)->positions) box.add(p);
+    if (box.empty()) return box;
+    Bounds3 extended = box;
+    for (const Object& object : scene.objects)
+        if (const auto* plane = std::get_if<Plane>(&object.shape); plane && object.receives()) addPlane(*plane, box, extended);
+    return extended;
+}
+
+}  // namespace
+
+DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
+    DomainRequest request;
+    request.where = value ? value->where : name;
+    request.resolution = kDefaultResolution;
+    if (!value) return request;
+    const TableReader table(*value, "[domain]", {"min", "max", "voxel_size", "resolution", "shear", "layer_height"});
+
+    Domain& domain = request.domain;
+    const auto min = table.vector3("min", anyNumber("m")), max = table.vector3("max", anyNumber("m"));
+    if (min.has_value() != max.has_value()) table.fail(fmt::format("[domain] has '{}' without '{}'; give both, or neither for the scene's bounds", min ? "min" : "max", min ? "max" : "min"));
+    if (min) {
+        for (int a = 0; a < 3; ++a)
+            if ((*min)[a] >= (*max)[a])
+                table.fail("max", fmt::format("max.{0} is {1}, min.{0} is {2}: the box is empty; max must be greater", "xyz"[a], (*max)[a], (*min)[a]));
+        domain.min = *min, domain.max = *max, request.has_box = true;
+    }
+
+    table.exclusive({"voxel_size", "resolution"});
+    if (const auto size = table.number("voxel_size", positive("m"))) {
+        domain.voxel_size = *size, request.resolution = 0;
+        if (request.has_box) {
+            const glm::dvec3 extent = domain.max - domain.min;
+            const double least = std::min({extent.x, extent.y, extent.z});
+            if (*size > least) table.fail("voxel_size", fmt::format("voxel_size {} m exceeds the {} m domain; use {} or less", *size, least, least / 2));
+        }
+    }
+    if (const auto resolution = table.integer("resolution", 1, 1 << 20)) request.resolution = static_cast<int>(*resolution);
+    domain.layer_height = table.number("layer_height", positive("m")).value_or(0);
+
+    if (const ConfigValue* shear = table.find("shear")) {
+        if (shear->kind == ConfigValue::Kind::Array)
+            domain.shear_mode = ShearMode::Explicit, domain.shear = *table.vector2("shear", between(-100, 100));
+        else
+            domain.shear_mode = *table.choice("shear", {"none", "light"}) == 1 ? ShearMode::Light : ShearMode::None;
+    }
+    return request;
+}
+
+void finishDomain(const DomainRequest& request, Scene& scene) {
+    Domain& domain = scene.domain = request.domain;
+    const auto longest = [&] { return std::max({domain.max.x - domain.min.x, domain.max.y - domain.min.y, domain.max.z - domain.min.z}); };
+    if (!request.has_box) {
+        const Bounds3 box = sceneBounds(scene);
+        domain.min = box.min, domain.max = box.max;
+        if (request.resolution > 0) domain.voxel_size = longest() / request.resolution;
+        const glm::dvec3 margin(kMarginVoxels * domain.voxel_size, kMarginVoxels * domain.voxel_size,
+                                kMarginVoxels * (domain.layer_height > 0 ? domain.layer_height : domain.voxel_size));
+        domain.min -= margin, domain.max += margin;
+    } else if (request.resolution > 0) {
+        domain.voxel_size = longest() / request.resolution;
+    }
+
+    const double layer = domain.layer_height > 0 ? domain.layer_height : domain.voxel_size;
+    const glm::dvec3 extent = domain.max - domain.min;
+    const double columns = std::ceil(extent.x / domain.voxel_size), rows = std::ceil(extent.y / domain.voxel_size), layers = std::ceil(extent.z / layer);
+    if (layer > extent.z)
+        throw Error(ErrorCode::Input, fmt::format("voxels {} m high exceed the {} m domain; use {} or less", layer, extent.z, extent.z / 2), request.where);
+    if (columns * rows * layers > kMostVoxels)
+        throw Error(ErrorCode::Input,
+                    fmt::format("the box has {} x {} x {} voxels of {} m; the limit is 2^38 = {:.3g}; use voxels of {:.3g} m or a smaller box", columns, rows,
+                                layers, domain.voxel_size, kMostVoxels, domain.voxel_size * std::cbrt(columns * rows * layers / kMostVoxels)),
+                    request.where);
+}
+
+}  // namespace photic

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bake/report/monitor.h"
+#include "bake/scene/triangle_mesh.h"
+
+namespace photic {
+
+enum class UpAxis { Y, Z };
+
+/// Triangles as a file gives them: any axes, split vertices, normals for all vertices or for none.
+struct RawMesh {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::dvec3> normals;
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into positions; checked by the readers
+};
+
+/// Readers of one format each, from the file's bytes; `path` is for messages.
+/// @throws Error{Input} with the line or element to blame
+RawMesh readObj(const std::string& bytes, const std::string& path);
+RawMesh readPly(const std::string& bytes, const std::string& path);
+/// glTF 2.0, `.gltf` or `.glb`: the triangles of all nodes of the default scene in its world; images are not loaded.
+/// External buffers are looked up beside `path`; `use_bytes` sees them.
+RawMesh readGltf(const std::string& bytes, const std::string& path, const std::function<void(std::string_view)>& use_bytes);
+
+/// Turns to Z up ((x, y, z) -> (x, -z, y) from Y up), welds vertices nearer than 1e-9 of the extent, drops triangles
+/// without area (one counted warning) and unused vertices, and gives normals: the file's, averaged over welded vertices, or
+/// area-weighted ones.
+/// @throws Error{Input} for positions that are not finite, with the vertex's number, and for meshes without area
+TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor);
+
+/// Every triangle with vertices and a normal of its own.
+TriangleMesh withFacetNormals(const TriangleMesh& mesh);
+
+/// Some connected part of a welded mesh has no edge that belongs to one triangle only.
+bool hasClosedPart(const TriangleMesh& mesh);
+
+/// Reads .obj, .ply, .gltf or .glb by the name's end.
+/// @param up         Z up for OBJ and PLY and Y up for glTF where absent
+/// @param use_bytes  sees the bytes of every file that was read
+/// @throws Error{Input}
+TriangleMesh loadMesh(const std::string& path, std::optional<UpAxis> up, Monitor& monitor,
+                      const std::function<void(std::string_view)>& use_bytes);
+
+/// A closed box with facet normals, outwards.
+TriangleMesh boxMesh(const glm::dvec3& min, const glm::dvec3& max);
+/// A closed sphere of 2 * rings * rings triangles with exact normals, outwards.
+TriangleMesh sphereMesh(const glm::dvec3& center, double radius, int rings);
+
+}  // namespace photic

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wavefront OBJ: v, vn and f; everything else in the format is about looks and is passed over. Read here because messages
+// name the line that is wrong.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <unordered_map>
+
+#include "bake/report/error.h"
+#include "bake/scene/mesh_file.h"
+
+namespace photic {
+namespace {
+
+class ObjReader {
+public:
+    explicit ObjReader(const std::string& path) : path_(path) {}
+
+    RawMesh read(std::string_view text) {
+        while (!text.empty()) {
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            ++line_;
+            readLine(text.substr(0, end));
+            text.remove_prefix(std::min(end + 1, text.size()));
+        }
+        return std::move(mesh_);
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorCode::Input, fmt::format("'{}' line {}: {}", path_, line_, what)); }
+
+    static std::string_view nextWord(std::string_view& rest) {
+        const std::size_t from = std::min(rest.find_first_not_of(" \t\r"), rest.size());
+        const std::size_t to = std::min(rest.find_first_of(" \t\r", from), rest.size());
+        const std::string_view word = rest.substr(from, to - from);
+        rest.remove_prefix(to);
+        return word;
+    }
+
+    double number(std::string_view& rest) const {
+        std::string_view word = nextWord(rest);
+        if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+        double value = 0;
+        const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' is no number", word));
+        return value;
+    }
+
+    glm::dvec3 vector(std::string_view& rest) const {
+        const double x = number(rest), y = number(rest), z = number(rest);
+        return {x, y, z};
+    }
+
+    /// A 1-based index, or one that counts back from the last, as 0-based.
+    std::size_t index(std::string_view word, std::size_t count, const char* what) const {
+        long long value = 0;
+        const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' is no index", word));
+        const long long limit = static_cast<long long>(count);
+        if (value == 0 || value > limit || value < -limit) fail(fmt::format("{} {} is out of range; {} are defined so far", what, value, count));
+        return static_cast<std::size_t>(value > 0 ? value - 1 : limit + value);
+    }
+
+    /// The mesh's vertex for a corner "v", "v/vt", "v//vn" or "v/vt/vn".
+    std::uint32_t corner(std::string_view word) {
+        const std::size_t slash = word.find('/'), second = slash == word.npos ? word.npos : word.find('/', slash + 1);
+        const std::size_t v = index(word.substr(0, slash), positions_.size(), "vertex");
+        const std::size_t n = second == word.npos || second + 1 == word.size() ? 0 : index(word.substr(second + 1), normals_.size(), "normal") + 1;
+        const auto [place, fresh] = corners_.try_emplace(std::uint64_t(v) << 32 | n, static_cast<std::uint32_t>(mesh_.positions.size()));
+        if (fresh) {
+            mesh_.positions.push_back(positions_[v]);
+            mesh_.normals.push_back(n > 0 ? normals_[n - 1] : glm::dvec3(0));
+        }
+        return place->second;
+    }
+
+    void readLine(std::string_view rest) {
+        const std::string_view key = nextWord(rest);
+        if (key == "v") {
+            positions_.push_back(vector(rest));
+        } else if (key == "vn") {
+            normals_.push_back(vector(rest));
+        } else if (key == "f") {
+            std::vector<std::uint32_t> polygon;
+            for (std::string_view word = nextWord(rest); !word.empty(); word = nextWord(rest)) polygon.push_back(corner(word));
+            if (polygon.size() < 3) fail(fmt::format("a face has {} corners; at least 3 are needed", polygon.size()));
+            for (std::size_t i = 2; i < polygon.size(); ++i) mesh_.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
+        }
+    }
+
+    const std::string& path_;
+    std::size_t line_ = 0;
+    std::vector<glm::dvec3> positions_, normals_;
+    std::unordered_map<std::uint64_t, std::uint32_t> corners_;
+    RawMesh mesh_;
+};
+
+}  // namespace
+
+RawMesh readObj(const std::string& bytes, const std::string& path) { return ObjReader(path).read(bytes); }
+
+}  // namespace photic
