@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "bake/methods/beams.h"
 #include "bake/methods/photons.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
@@ -13,6 +14,7 @@ namespace photic {
 std::span<const Method> methodCatalogue() {
     // In the order in which `auto` tries them.
     static const std::vector<Method> rows{
+        beamsMethod(),
         photonsMethod(),
     };
     return rows;

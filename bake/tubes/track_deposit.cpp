@@ -16,18 +16,21 @@ namespace {
 
 constexpr std::size_t kLeafVoxels = LightField::kLeafVoxels;
 
+template <class Real>
 std::size_t leafBytes(FieldChannels channels) {
-    return kLeafVoxels * (static_cast<std::size_t>(channels.count()) * sizeof(double) + sizeof(std::uint32_t));
+    return kLeafVoxels * (static_cast<std::size_t>(channels.count()) * sizeof(Real) + sizeof(std::uint32_t));
 }
 
 }  // namespace
 
 /// A track in index space; the parameter stays in metres.
-struct TrackAccumulator::Ray {
+template <class Real>
+struct TrackAccumulator<Real>::Ray {
     glm::dvec3 origin, direction;
 };
 
-TrackAccumulator::TrackAccumulator(const NeededVoxels& needed, FieldChannels channels)
+template <class Real>
+TrackAccumulator<Real>::TrackAccumulator(const NeededVoxels& needed, FieldChannels channels)
     : needed_(&needed),
       channels_(channels),
       index_from_world_(glm::inverse(needed.frame().world_from_index)),
@@ -36,7 +39,7 @@ TrackAccumulator::TrackAccumulator(const NeededVoxels& needed, FieldChannels cha
       box_high_(needed.frame().max + 1),
       needed_low_(box_high_),
       needed_high_(box_low_),
-      leaf_bytes_(leafBytes(channels)),
+      leaf_bytes_(leafBytes<Real>(channels)),
       arena_(std::make_unique<LeafArena>(leaf_bytes_, std::max(1, needed.leafCount()))),
       leaves_(static_cast<std::size_t>(needed.leafCount()), nullptr) {
     if (needed.isEverything()) {
@@ -50,29 +53,35 @@ TrackAccumulator::TrackAccumulator(const NeededVoxels& needed, FieldChannels cha
     needed_low_ = glm::max(needed_low_, box_low_), needed_high_ = glm::min(needed_high_, box_high_);
 }
 
-TrackAccumulator::~TrackAccumulator() = default;
-TrackAccumulator::TrackAccumulator(TrackAccumulator&&) noexcept = default;
+template <class Real>
+TrackAccumulator<Real>::~TrackAccumulator() = default;
+template <class Real>
+TrackAccumulator<Real>::TrackAccumulator(TrackAccumulator&&) noexcept = default;
 
-const std::uint32_t* TrackAccumulator::counts(int slot) const {
-    const double* leaf = leaves_[static_cast<std::size_t>(slot)];
+template <class Real>
+const std::uint32_t* TrackAccumulator<Real>::counts(int slot) const {
+    const Real* leaf = leaves_[static_cast<std::size_t>(slot)];
     return leaf ? reinterpret_cast<const std::uint32_t*>(leaf + kLeafVoxels * static_cast<std::size_t>(channels_.count())) : nullptr;
 }
 
-void TrackAccumulator::clear(int slot) {
-    if (double* leaf = leaves_[static_cast<std::size_t>(slot)]) std::memset(leaf, 0, leaf_bytes_);
+template <class Real>
+void TrackAccumulator<Real>::clear(int slot) {
+    if (Real* leaf = leaves_[static_cast<std::size_t>(slot)]) std::memset(leaf, 0, leaf_bytes_);
 }
 
-double* TrackAccumulator::leafAt(int slot) {
-    double*& leaf = leaves_[static_cast<std::size_t>(slot)];
+template <class Real>
+Real* TrackAccumulator<Real>::leafAt(int slot) {
+    Real*& leaf = leaves_[static_cast<std::size_t>(slot)];
     if (!leaf) {
         bool zeroed = false;
-        leaf = static_cast<double*>(arena_->allocate(zeroed));
+        leaf = static_cast<Real*>(arena_->allocate(zeroed));
         if (!zeroed) std::memset(leaf, 0, leaf_bytes_);
     }
     return leaf;
 }
 
-bool TrackAccumulator::clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin, double& end) const {
+template <class Real>
+bool TrackAccumulator<Real>::clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin, double& end) const {
     for (int a = 0; a < 3; ++a) {
         if (ray.direction[a] == 0) {
             if (ray.origin[a] < low[a] || ray.origin[a] >= high[a]) return false;
@@ -86,18 +95,20 @@ bool TrackAccumulator::clipTo(const Ray& ray, const glm::dvec3& low, const glm::
     return begin < end;
 }
 
-bool TrackAccumulator::clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
+template <class Real>
+bool TrackAccumulator<Real>::clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
     begin = 0, end = std::numeric_limits<double>::infinity();
     return clipTo({index_from_world_ * (origin - origin_world_) + 0.5, index_from_world_ * direction}, box_low_, box_high_, begin, end);
 }
 
-TrackAccumulator::Deposited TrackAccumulator::deposit(const Track& track) {
+template <class Real>
+DepositedTrack TrackAccumulator<Real>::deposit(const Track& track) {
     const Ray ray{index_from_world_ * (track.origin - origin_world_) + 0.5, index_from_world_ * track.direction};
     double begin = track.begin, end = track.end;
     if (!clipTo(ray, needed_low_, needed_high_, begin, end) || !std::isfinite(end)) return {};
 
     const bool medium = track.extinction != glm::dvec3(0);
-    Deposited out;
+    DepositedTrack out;
     if (channels_.irradiance == 1)
         out = channels_.flux ? medium ? walk<1, true, true>(track, ray, begin, end) : walk<1, true, false>(track, ray, begin, end)
                              : medium ? walk<1, false, true>(track, ray, begin, end) : walk<1, false, false>(track, ray, begin, end);
@@ -113,8 +124,9 @@ TrackAccumulator::Deposited TrackAccumulator::deposit(const Track& track) {
     return out;
 }
 
+template <class Real>
 template <int Channels, bool Flux, bool Medium>
-TrackAccumulator::Deposited TrackAccumulator::walk(const Track& track, const Ray& ray, double begin, double end) {
+DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, double begin, double end) {
     constexpr int kStride = Channels + (Flux ? 3 : 0);
     constexpr int kShift[3] = {6, 3, 0};
     const bool everything = needed_->isEverything();
@@ -136,14 +148,14 @@ TrackAccumulator::Deposited TrackAccumulator::walk(const Track& track, const Ray
     double power[Channels], transmittance[Channels];
     for (int c = 0; c < Channels; ++c) power[c] = track.power[c], transmittance[c] = Medium ? std::exp(-track.extinction[c] * begin) : 1.0;
 
-    Deposited out;
+    DepositedTrack out;
     double t = begin;
     while (true) {
         // A leaf: find it once, then walk its voxels.
         const int slot = needed_->slotOf(voxel);
         const bool full = slot >= 0 && needed_->leafFull(slot);
         const NeededVoxels::Mask mask = slot >= 0 ? needed_->mask(slot) : NeededVoxels::Mask{};
-        double* leaf = full ? leafAt(slot) : slot >= 0 ? leaves_[static_cast<std::size_t>(slot)] : nullptr;
+        Real* leaf = full ? leafAt(slot) : slot >= 0 ? leaves_[static_cast<std::size_t>(slot)] : nullptr;
         int offset = NeededVoxels::offsetInLeaf(voxel);
         while (true) {
             const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
@@ -161,12 +173,12 @@ TrackAccumulator::Deposited TrackAccumulator::walk(const Track& track, const Ray
                 }
             }
             if (record) {
-                double* sum = leaf + static_cast<std::size_t>(offset) * kStride;
+                Real* sum = leaf + static_cast<std::size_t>(offset) * kStride;
                 double mean = deposit[0];
                 if constexpr (Channels == 3) mean = (deposit[0] + deposit[1] + deposit[2]) * (1.0 / 3);
-                for (int c = 0; c < Channels; ++c) sum[c] += deposit[c];
+                for (int c = 0; c < Channels; ++c) sum[c] += static_cast<Real>(deposit[c]);
                 if constexpr (Flux)
-                    for (int a = 0; a < 3; ++a) sum[Channels + a] += mean * along[a];
+                    for (int a = 0; a < 3; ++a) sum[Channels + a] += static_cast<Real>(mean * along[a]);
                 ++reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride)[offset];
                 out.touched = true;
                 if (!everything) out.path += mean;
@@ -181,5 +193,8 @@ TrackAccumulator::Deposited TrackAccumulator::walk(const Track& track, const Ray
         }
     }
 }
+
+template class TrackAccumulator<float>;
+template class TrackAccumulator<double>;
 
 }  // namespace photic

@@ -22,22 +22,27 @@ struct Track {
     double begin = 0, end = 0;   ///< of the deposit, along the track [m]
 };
 
+/// What a track left in the grid.
+struct DepositedTrack {
+    bool touched = false;    ///< at least one needed voxel was crossed
+    double path = 0;         ///< integral of power along the track through needed voxels [W m], mean of the channels; found
+                             ///< from the track's ends alone where every voxel of the grid is needed
+};
+
 /// Sums photon tracks on needed voxels: per voxel the integral of power along the tracks inside it [W m] (which is fluence
-/// rate x volume), the same times direction, and the number of tracks. In double. Memory follows the leaves that are crossed.
+/// rate x volume), the same times direction, and the number of tracks. Memory follows the leaves that are crossed.
 /// One thread at a time.
+///
+/// @tparam Real  of the sums: float is faster, but n equal deposits in a voxel may be off by n x 3e-8
+template <class Real>
 class TrackAccumulator {
 public:
     TrackAccumulator(const NeededVoxels& needed, FieldChannels channels);
     ~TrackAccumulator();
     TrackAccumulator(TrackAccumulator&&) noexcept;
 
-    struct Deposited {
-        bool touched = false;    ///< at least one needed voxel was crossed
-        double path = 0;         ///< integral of power along the track through needed voxels [W m], mean of the channels; found
-                                 ///< from the track's ends alone where every voxel of the grid is needed
-    };
     /// Clips the track to the grid and walks its voxels (Amanatides and Woo 1987), on sheared grids too.
-    Deposited deposit(const Track& track);
+    DepositedTrack deposit(const Track& track);
 
     /// Part of a ray inside the grid's box, from 0 on; false when it misses.
     bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const;
@@ -46,7 +51,7 @@ public:
     const NeededVoxels& needed() const { return *needed_; }
 
     /// 512 x channels().count() sums, channels together, then the counts; null where no track went.
-    const double* sums(int slot) const { return leaves_[static_cast<std::size_t>(slot)]; }
+    const Real* sums(int slot) const { return leaves_[static_cast<std::size_t>(slot)]; }
     const std::uint32_t* counts(int slot) const;
     /// Sets a leaf back to zero, keeping its memory.
     void clear(int slot);
@@ -54,9 +59,9 @@ public:
 private:
     struct Ray;
     template <int Channels, bool Flux, bool Medium>
-    Deposited walk(const Track& track, const Ray& ray, double begin, double end);
+    DepositedTrack walk(const Track& track, const Ray& ray, double begin, double end);
     bool clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin, double& end) const;
-    double* leafAt(int slot);
+    Real* leafAt(int slot);
 
     const NeededVoxels* needed_;
     FieldChannels channels_;
@@ -66,7 +71,10 @@ private:
     glm::dvec3 needed_low_, needed_high_;    // of the needed leaves
     std::size_t leaf_bytes_;
     std::unique_ptr<LeafArena> arena_;
-    std::vector<double*> leaves_;
+    std::vector<Real*> leaves_;
 };
+
+extern template class TrackAccumulator<float>;
+extern template class TrackAccumulator<double>;
 
 }  // namespace photic

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/beams.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "bake/methods/method_options.h"
+#include "bake/methods/sun_disc.h"
+#include "bake/scene/wave_field.h"
+#include "bake/threads/parallel_for.h"
+#include "bake/tubes/launch.h"
+#include "bake/tubes/voxelise.h"
+
+namespace photic {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
+    static const std::vector<OptionBinding<BeamsOptions>> bindings{
+        bindOption("mesh", &BeamsOptions::mesh, {0, 65536}, "", "corner rays a side of the launched patch; 0: by spacing"),
+        bindOption("spacing", &BeamsOptions::spacing, {0, 64}, "voxels", "between corner rays; 0: adaptive, by bake.tolerance"),
+        bindOption("silhouette", &BeamsOptions::silhouette, {0.01, 4}, "voxels", "smallest tube at a shadow's edge"),
+        bindOption("disc", &BeamsOptions::disc,
+                   {{"auto", BeamsDisc::Auto}, {"off", BeamsDisc::Off}, {"blur", BeamsDisc::Blur}, {"sample", BeamsDisc::Sample}},
+                   "the sun's disc: one blur a layer, or one bake a direction; auto blurs where that is right"),
+        bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "", "directions on the sun's disc when it is sampled"),
+        bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
+                   "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
+    };
+    return bindings;
+}
+
+// One light on one surface, or one direction of a disc: adds its tubes to a field.
+class BeamsBake {
+public:
+    BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, Monitor& monitor)
+        : scene_(scene), options_(options), frame_(frame), objects_(scene), meshes_(scene, CastAgainst::MeshSurfaces), monitor_(monitor) {
+        launch_.mesh = options.mesh;
+        launch_.spacing = options.spacing;
+        launch_.refine.tolerance = scene.bake.tolerance;
+        launch_.refine.silhouette = options.silhouette;
+        launch_.refine.ends_matter = !objects_.planesOnly();
+        voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
+        voxelise_.quadrature = scene.bake.quadrature;
+        // A millionth of full light is far below what a half float of that light can hold.
+        voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
+    }
+
+    void addLight(const Light& light, LightField& field) {
+        const BeamsDisc disc = discFor(light);
+        if (disc != BeamsDisc::Blur) {
+            const auto directions = discDirections(light, disc == BeamsDisc::Sample ? options_.disc_samples : 1);
+            for (const glm::dvec3& direction : directions) addDirection(light, direction, 1.0 / static_cast<double>(directions.size()), field);
+            return;
+        }
+        for (const Surface& surface : scene_.surfaces) addSurface(surface, light, light.direction, 1, field);
+        measureDeposit(field);
+        const auto start = Clock::now();
+        blurLayers(field, discKernels(scene_.surfaces.front(), light, frame_), BeyondNeeded::Alike);
+        disc_seconds_ += secondsSince(start);
+    }
+
+    bool blurs(const Light& light) const { return discFor(light) == BeamsDisc::Blur; }
+
+    // The path ledger's deposited side is taken before the blur moves light across the frame's border.
+    void measureDeposit(const LightField& field) {
+        double sum = 0;
+        const int channels = field.channels().irradiance;
+        for (int c = 0; c < channels; ++c) sum += field.sum(c) / channels;
+        deposited_ += sum * frame_.voxelVolume();
+    }
+
+    void report(BakeReport& out) const {
+        out.power = launched_.power;
+        out.path = {deposited_, totals_.expected};
+        out.tubes = launched_.tubes;
+        out.corner_rays = launched_.corner_rays;
+        out.instruction_set = name(voxelise_.instruction_set);
+        out.seconds.emplace_back("trace", launched_.seconds);
+        out.seconds.emplace_back("deposit", deposit_seconds_);
+        if (disc_seconds_ > 0) out.seconds.emplace_back("disc", disc_seconds_);
+        if (totals_.constant_leaves > 0)
+            out.skipped.push_back(std::to_string(totals_.constant_leaves) + " leaves under flat water are constant and were not summed");
+    }
+
+private:
+    BeamsDisc discFor(const Light& light) const {
+        if (options_.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;
+        if (options_.disc != BeamsDisc::Auto) return options_.disc;
+        return blurServes(scene_) ? BeamsDisc::Blur : BeamsDisc::Sample;
+    }
+
+    void addDirection(const Light& light, const glm::dvec3& direction, double share, LightField& field) {
+        for (const Surface& surface : scene_.surfaces) addSurface(surface, light, direction, share, field);
+    }
+
+    void addSurface(const Surface& surface, const Light& light, const glm::dvec3& direction, double share, LightField& field) {
+        bool first = true;
+        for (const Branch branch : {Branch::Refracted, Branch::Reflected}) {
+            if (branch == Branch::Refracted ? surface.event == SurfaceEvent::Reflect : surface.event == SurfaceEvent::Refract) continue;
+            const CornerTracer tracer(surface, direction, branch, frame_, objects_, meshes_);
+            TubeLight tube;
+            tube.irradiance = light.irradiance * share;
+            tube.direction = direction;
+            tube.channels = field.channels().irradiance;
+            tube.counts_emission = first;
+            if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
+            const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
+                const auto start = Clock::now();
+                for (const TubeSet& set : sets) voxelise(set, field, voxelise_, totals_, monitor_);
+                deposit_seconds_ += secondsSince(start);
+            };
+            if (surface.height_field)
+                launchHeightField(tracer, launchDomain(scene_, surface, light, frame_), tube, frame_, launch_, sink, launched_, monitor_);
+            else
+                launchMesh(tracer, tube, frame_, launch_, sink, launched_, monitor_);
+            first = false;
+        }
+    }
+
+    const Scene& scene_;
+    const BeamsOptions& options_;
+    GridFrame frame_;
+    RayCaster objects_, meshes_;
+    Monitor& monitor_;
+    LaunchOptions launch_;
+    VoxeliseOptions voxelise_;
+    LaunchTotals launched_;
+    DepositTotals totals_;
+    double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0;
+};
+
+void addField(LightField& to, const LightField& from) {
+    parallelFor(to.leafCount(), [&](std::int64_t i) {
+        const int slot = static_cast<int>(i);
+        if (from.state(slot) == LeafState::Empty) return;
+        float* out = to.makeDense(slot);
+        const int channels = to.channels().count();
+        for (int k = 0; k < channels; ++k)
+            for (int v = 0; v < LightField::kLeafVoxels; ++v)
+                out[k * LightField::kLeafVoxels + v] += from.state(slot) == LeafState::Dense
+                                                            ? from.dense(slot)[k * LightField::kLeafVoxels + v]
+                                                            : from.constant(slot)[static_cast<std::size_t>(k)];
+    });
+}
+
+LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed, FieldChannels channels,
+                      const BeamsOptions& options, Monitor& monitor, BakeReport& report) {
+    BeamsBake bake(scene, options, needed->frame(), monitor);
+    LightField field(needed, channels);
+    bool blurred = false;
+    for (const Light& light : scene.lights) {
+        // A blur belongs to one light: later ones are baked beside it and added.
+        if (blurred || (bake.blurs(light) && &light != &scene.lights.front())) {
+            LightField part(needed, channels);
+            bake.addLight(light, part);
+            if (!bake.blurs(light)) bake.measureDeposit(part);
+            addField(field, part);
+            continue;
+        }
+        bake.addLight(light, field);
+        if (bake.blurs(light)) blurred = true;
+    }
+    if (!blurred) bake.measureDeposit(field);
+    bake.report(report);
+    report.field_bytes = field.bytes();
+    return field;
+}
+
+// The `caustic` grid: irradiance over that of the same scene with a flat surface; 0 where the flat one is dark.
+LightField causticGrid(const Scene& scene, const LightField& field, const BeamsOptions& options, Monitor& monitor) {
+    Scene flat = scene;
+    for (Surface& surface : flat.surfaces)
+        if (surface.height_field) surface.height_field = makeFlatField(surface.center.z);
+    BakeReport unused;
+    LightField level = bakeLights(flat, field.neededPtr(), {1, false}, options, monitor, unused);
+    LightField caustic(field.neededPtr(), {1, false});
+    const int channels = field.channels().irradiance;
+    const double dark = 1e-3 * scene.referenceIrradiance();
+    parallelFor(field.leafCount(), [&](std::int64_t i) {
+        const int slot = static_cast<int>(i);
+        if (field.state(slot) == LeafState::Empty || level.state(slot) == LeafState::Empty) return;
+        const auto value = [&](const LightField& f, int channel, int v) {
+            return f.state(slot) == LeafState::Dense ? f.dense(slot)[channel * LightField::kLeafVoxels + v]
+                                                     : f.constant(slot)[static_cast<std::size_t>(channel)];
+        };
+        float* out = caustic.makeDense(slot);
+        for (int v = 0; v < LightField::kLeafVoxels; ++v) {
+            double lit = 0;
+            for (int c = 0; c < channels; ++c) lit += value(field, c, v) / channels;
+            const double unfocused = value(level, 0, v);
+            out[v] = unfocused > dark ? static_cast<float>(lit / unfocused) : 0.0f;
+        }
+    });
+    return caustic;
+}
+
+std::string beamsRefusal(const Scene& scene) {
+    if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
+    if (scene.bake.grids.arrival_time) return "the grid 'arrival_time' is not built yet for beams; leave it out of bake.grids";
+    return specularRefusal(scene);
+}
+
+BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given, Monitor& monitor) {
+    BeamsOptions options;
+    applyOptions<BeamsOptions>("beams", options, beamsOptions(), given);
+    const bool flux = scene.bake.grids.direction;
+    const FieldChannels channels{scene.coloured() ? 3 : 1, flux};
+    BakeReport report;
+    report.threads = threadCount();
+    report.reference_irradiance = scene.referenceIrradiance();
+    report.needed_voxels = needed->count();
+    if (!flux) report.skipped.emplace_back("direction: not asked for");
+    if (channels.irradiance == 1) report.skipped.emplace_back("colour: light and medium are white");
+    if (!needed->isEverything())
+        report.skipped.push_back(std::to_string(needed->frame().voxelCount() - needed->count()) + " voxels that nobody needs");
+    LightField field = bakeLights(scene, needed, channels, options, monitor, report);
+    std::optional<LightField> caustic;
+    if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, monitor);
+    return {std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+}
+
+}  // namespace
+
+Method beamsMethod() {
+    return {"beams", "Ray tubes, exact in energy: one refraction or reflection, shadows, colour, the sun's disc",
+            {"irradiance", "direction", "caustic", "density"}, optionSpecs<BeamsOptions>(beamsOptions()), beamsRefusal, bakeBeams};
+}
+
+}  // namespace photic

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/sun_disc.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "bake/optics/snell.h"
+
+namespace photic {
+namespace {
+
+void frameAround(const glm::dvec3& d, glm::dvec3& across, glm::dvec3& up) {
+    across = glm::normalize(glm::cross(d, std::fabs(d.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    up = glm::cross(across, d);
+}
+
+double angularRadius(const Light& light) { return 0.5 * light.angular_diameter_deg * std::numbers::pi / 180; }
+
+}  // namespace
+
+std::vector<glm::dvec3> discDirections(const Light& light, int count) {
+    const double radius = angularRadius(light);
+    if (radius <= 0 || count <= 1) return {light.direction};
+    glm::dvec3 across, up;
+    frameAround(light.direction, across, up);
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    std::vector<glm::dvec3> directions;
+    for (int i = 0; i < count; ++i) {
+        // Uniform over the solid angle: 1 - cos grows with the square of the spiral's radius.
+        const double cos_angle = 1 - (i + 0.5) / count * (1 - std::cos(radius));
+        const double sin_angle = std::sqrt(std::max(0.0, 1 - cos_angle * cos_angle));
+        directions.push_back(cos_angle * light.direction +
+                             sin_angle * (std::cos(i * golden_angle) * across + std::sin(i * golden_angle) * up));
+    }
+    return directions;
+}
+
+bool blurServes(const Scene& scene) {
+    for (const Surface& surface : scene.surfaces)
+        if (!surface.height_field || surface.event == SurfaceEvent::Both) return false;
+    for (const Object& object : scene.objects)
+        if (object.blocks() && !std::holds_alternative<Plane>(object.shape)) return false;
+    return scene.surfaces.size() == 1;
+}
+
+std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame) {
+    const double level = 0.5 * (surface.height_field->minZ() + surface.height_field->maxZ());
+    const bool refract = surface.event == SurfaceEvent::Refract;
+    const double radius = angularRadius(light);
+    const auto slope = [&](const glm::dvec3& d) {
+        const Interface i = interfaceAt(d, {0, 0, 1}, surface.ior_above, surface.ior_below);
+        const glm::dvec3 out = refract ? i.refracted : i.reflected;
+        return glm::dvec2(out.x / out.z, out.y / out.z);
+    };
+    glm::dvec3 across, up;
+    frameAround(light.direction, across, up);
+    const double s = std::sin(radius), c = std::cos(radius);
+    // Central differences over the disc itself, in world x and y for each metre of z.
+    const glm::dvec2 along_x = 0.5 * (slope(c * light.direction + s * across) - slope(c * light.direction - s * across));
+    const glm::dvec2 along_y = 0.5 * (slope(c * light.direction + s * up) - slope(c * light.direction - s * up));
+    const glm::dmat2 index_from_world = glm::inverse(glm::dmat2(frame.world_from_index[0].x, frame.world_from_index[0].y,
+                                                                frame.world_from_index[1].x, frame.world_from_index[1].y));
+    const glm::dmat2 per_metre = index_from_world * glm::dmat2(along_x, along_y);
+    return [=](int k) {
+        const double depth = level - frame.worldFromIndex({0, 0, k}).z;
+        const bool lit = refract ? depth > 0 : depth < 0;
+        return LayerKernel{lit ? per_metre * std::fabs(depth) : glm::dmat2(0.0)};
+    };
+}
+
+}  // namespace photic

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "bake/tubes/edge_kernel.h"
+
+namespace photic {
+namespace {
+
+// A corner of a clipped triangle: its place in the image and its barycentric place in the source.
+struct ClipPoint {
+    double x, y, b1, b2;
+};
+
+// A triangle cut by four lines has at most seven corners.
+struct ClipPolygon {
+    ClipPoint points[8];
+    int count = 0;
+};
+
+// Keeps the part where sign * (coordinate - limit) >= 0.
+template <double ClipPoint::*kCoordinate>
+ClipPolygon clip(const ClipPolygon& in, double limit, double sign) {
+    ClipPolygon out;
+    for (int i = 0; i < in.count; ++i) {
+        const ClipPoint& a = in.points[i];
+        const ClipPoint& b = in.points[i + 1 == in.count ? 0 : i + 1];
+        const double da = sign * (a.*kCoordinate - limit), db = sign * (b.*kCoordinate - limit);
+        if (da >= 0) out.points[out.count++] = a;
+        if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+            const double s = da / (da - db);
+            out.points[out.count++] = {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.b1 + s * (b.b1 - a.b1), a.b2 + s * (b.b2 - a.b2)};
+        }
+    }
+    return out;
+}
+
+// Fraction of the source triangle: twice the polygon's area in the barycentric plane.
+double sourceFraction(const ClipPolygon& p) {
+    double area2 = 0;
+    for (int i = 1; i + 1 < p.count; ++i) {
+        const ClipPoint &a = p.points[0], &b = p.points[i], &c = p.points[i + 1];
+        area2 += (b.b1 - a.b1) * (c.b2 - a.b2) - (c.b1 - a.b1) * (b.b2 - a.b2);
+    }
+    return std::fabs(area2);
+}
+
+ClipPolygon wholeTriangle(const double x[3], const double y[3]) {
+    return {{{x[0], y[0], 0, 0}, {x[1], y[1], 1, 0}, {x[2], y[2], 0, 1}}, 3};
+}
+
+void addFraction(TileSums& tile, int lane, int row, int column, double fraction, const float* amounts) {
+    float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride() +
+                  static_cast<std::ptrdiff_t>(column) * tile.channels * tile.lanes + lane;
+    const int next = tile.channels * tile.lanes;
+    for (int k = 0; k < tile.channels; ++k) {
+        const float amount = static_cast<float>(fraction) * amounts[k];
+        cell[k * tile.lanes] += amount;
+        if (tile.running) cell[k * tile.lanes + next] -= amount;
+    }
+}
+
+}  // namespace
+
+void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts) {
+    const double xs[3] = {x[0], x[1], x[2]}, ys[3] = {y[0], y[1], y[2]};
+    const auto [least_x, most_x] = std::minmax({xs[0], xs[1], xs[2]});
+    const auto [least_y, most_y] = std::minmax({ys[0], ys[1], ys[2]});
+    if (!(most_x > 0 && most_y > 0 && least_x < tile.columns && least_y < tile.rows)) return;
+    const int first_column = std::max(0, static_cast<int>(std::floor(least_x)));
+    const int last_column = std::min(tile.columns - 1, static_cast<int>(std::floor(most_x)));
+    const int first_row = std::max(0, static_cast<int>(std::floor(least_y)));
+    const int last_row = std::min(tile.rows - 1, static_cast<int>(std::floor(most_y)));
+    if (least_x >= first_column && most_x <= first_column + 1 && least_y >= first_row && most_y <= first_row + 1) {
+        addFraction(tile, lane, first_row, first_column, 1.0, amounts);
+        return;
+    }
+    const ClipPolygon whole = wholeTriangle(xs, ys);
+    for (int row = first_row; row <= last_row; ++row) {
+        const ClipPolygon strip = clip<&ClipPoint::y>(clip<&ClipPoint::y>(whole, row, 1), row + 1, -1);
+        if (strip.count < 3) continue;
+        for (int column = first_column; column <= last_column; ++column) {
+            const ClipPolygon cell = clip<&ClipPoint::x>(clip<&ClipPoint::x>(strip, column, 1), column + 1, -1);
+            if (cell.count >= 3) addFraction(tile, lane, row, column, sourceFraction(cell), amounts);
+        }
+    }
+}
+
+double meanClamped(double a, double b, double c) {
+    // Mean of max(f, 0) over a triangle with corner values a, b, c: the second divided difference of f^3 / 3
+    // (Hermite-Genocchi), written without cancellation by the number of positive corners.
+    const auto meanPositive = [](double p, double q, double r) {
+        const auto [low, high] = std::minmax({p, q, r});
+        const double middle = p + q + r - low - high;
+        if (low >= 0) return (low + middle + high) / 3;
+        if (high <= 0) return 0.0;
+        if (middle <= 0) return high * high * high / (3 * (high - low) * (high - middle));
+        // One corner below: the mean of f plus the mean of its negative part, which is -low^3 / (3 (..)(..)) likewise.
+        return (low + middle + high) / 3 - low * low * low / (3 * (middle - low) * (high - low));
+    };
+    return meanPositive(a, b, c) - meanPositive(a - 1, b - 1, c - 1);
+}
+
+double fractionInside(const double x[3], const double y[3], double width, double height) {
+    ClipPolygon p = wholeTriangle(x, y);
+    p = clip<&ClipPoint::x>(clip<&ClipPoint::x>(p, 0, 1), width, -1);
+    p = clip<&ClipPoint::y>(clip<&ClipPoint::y>(p, 0, 1), height, -1);
+    return p.count < 3 ? 0.0 : sourceFraction(p);
+}
+
+void scalarKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile) {
+    const int irradiance = tile.channels >= 3 && set.channels == 3 ? 3 : 1;
+    const bool flux = tile.channels > irradiance;
+    for (int b = 0; b < block_count; ++b) {
+        const TubeBlock& block = set.blocks[blocks[b]];
+        for (int lane = 0; lane < tile.lanes; ++lane) {
+            const int w = tile.first_w + lane;
+            float xs[256], ys[256], open[256];
+            for (int i = 0; i < block.topology->vertex_count; ++i) {
+                const CornerRay& c = set.corners[block.first_corner + static_cast<std::uint32_t>(i)];
+                open[i] = static_cast<float>(set.sense * (w - c.w) + 0.5);
+                const double part = std::clamp(open[i], 0.0f, 1.0f);
+                const double dw = w - c.w + set.sense * (0.5 - part * (1.0 - tile.layer_offset));
+                xs[i] = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile.u0 - tile.shift_u[lane]);
+                ys[i] = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile.v0 - tile.shift_v[lane]);
+            }
+            for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
+                const std::uint8_t* c = block.topology->triangles[t].corner;
+                const TubeConstants& tube = set.tubes[block.first_tube + t];
+                const CornerRay* corners = &set.corners[block.first_corner];
+                const double length = meanClamped(open[c[0]], open[c[1]], open[c[2]]);
+                double end = -1e300;
+                for (int i = 0; i < 3; ++i) end = std::max(end, set.sense * (corners[c[i]].w_end - static_cast<double>(w)));
+                if (length <= 0 || end - 1e-3 <= -0.5) continue;
+                const double start = (corners[c[0]].w + corners[c[1]].w + corners[c[2]].w) / 3;
+                const double layers = std::max(set.sense * (w - start) - 0.5, 0.0);
+                float amounts[6];
+                double mean = 0;
+                for (int k = 0; k < irradiance; ++k) {
+                    double amount = tube.power[k] * length * tile.layer_weight;
+                    if (set.extinction[k] > 0) {
+                        const double depth = set.extinction[k] * tube.length * length;
+                        amount *= std::exp(-set.extinction[k] * tube.length * layers) * -std::expm1(-depth) / depth;
+                    }
+                    amounts[k] = static_cast<float>(amount) * tube.length;
+                    mean += amount / irradiance;
+                }
+                if (flux)
+                    for (int k = 0; k < 3; ++k) amounts[irradiance + k] = static_cast<float>(mean) * tube.travel[k];
+                const float x[3] = {xs[c[0]], xs[c[1]], xs[c[2]]}, y[3] = {ys[c[0]], ys[c[1]], ys[c[2]]};
+                depositClipped(tile, lane, x, y, amounts);
+            }
+        }
+    }
+}
+
+}  // namespace photic

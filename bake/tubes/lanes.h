@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors of 4, 8 or 16 floats for the edge kernel. Included by one translation unit per instruction set, which defines
+// PHOTIC_ISA: everything lives in that namespace, so that no inline function of one instruction set is linked into another.
+#pragma once
+
+#ifndef PHOTIC_ISA
+#error "define PHOTIC_ISA before including lanes.h"
+#endif
+
+#include <cstdint>
+#include <cstring>
+#if defined(__AVX2__) || defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
+namespace photic::PHOTIC_ISA {
+
+typedef float F4 __attribute__((vector_size(16)));
+typedef float F8 __attribute__((vector_size(32)));
+typedef float F16 __attribute__((vector_size(64)));
+typedef std::int32_t I4 __attribute__((vector_size(16)));
+typedef std::int32_t I8 __attribute__((vector_size(32)));
+typedef std::int32_t I16 __attribute__((vector_size(64)));
+
+template <int N>
+struct LanesOf;
+template <>
+struct LanesOf<4> {
+    using F = F4;
+    using I = I4;
+};
+template <>
+struct LanesOf<8> {
+    using F = F8;
+    using I = I8;
+};
+template <>
+struct LanesOf<16> {
+    using F = F16;
+    using I = I16;
+};
+
+template <class V>
+inline constexpr int laneCount = static_cast<int>(sizeof(V) / sizeof(float));
+
+template <class V>
+inline V splat(float x) {
+    return V{} + x;
+}
+
+template <class V>
+inline V load(const float* p) {
+    V v;
+    std::memcpy(&v, p, sizeof(V));
+    return v;
+}
+
+template <class V>
+inline void store(float* p, V v) {
+    std::memcpy(p, &v, sizeof(V));
+}
+
+template <class V>
+inline V iota() {
+    V v{};
+    for (int l = 0; l < laneCount<V>; ++l) v[l] = static_cast<float>(l);
+    return v;
+}
+
+template <class V>
+inline V least(V a, V b) {
+#if defined(__AVX512F__)
+    if constexpr (laneCount<V> == 16) return (V)_mm512_min_ps((__m512)a, (__m512)b);
+#endif
+#if defined(__AVX2__)
+    if constexpr (laneCount<V> == 8) return (V)_mm256_min_ps((__m256)a, (__m256)b);
+    if constexpr (laneCount<V> == 4) return (V)_mm_min_ps((__m128)a, (__m128)b);
+#endif
+    return a < b ? a : b;
+}
+
+template <class V>
+inline V most(V a, V b) {
+#if defined(__AVX512F__)
+    if constexpr (laneCount<V> == 16) return (V)_mm512_max_ps((__m512)a, (__m512)b);
+#endif
+#if defined(__AVX2__)
+    if constexpr (laneCount<V> == 8) return (V)_mm256_max_ps((__m256)a, (__m256)b);
+    if constexpr (laneCount<V> == 4) return (V)_mm_max_ps((__m128)a, (__m128)b);
+#endif
+    return a > b ? a : b;
+}
+
+template <class V>
+inline V clampTo(V x, V low, V high) {
+    return least(most(x, low), high);
+}
+
+template <class V>
+inline V absolute(V x) {
+    return most(x, -x);
+}
+
+template <class V>
+inline float leastLane(V v) {
+#if defined(__AVX512F__)
+    if constexpr (laneCount<V> == 16) return _mm512_reduce_min_ps((__m512)v);
+#endif
+    float m = v[0];
+    for (int l = 1; l < laneCount<V>; ++l) m = v[l] < m ? v[l] : m;
+    return m;
+}
+
+template <class V>
+inline float mostLane(V v) {
+#if defined(__AVX512F__)
+    if constexpr (laneCount<V> == 16) return _mm512_reduce_max_ps((__m512)v);
+#endif
+    float m = v[0];
+    for (int l = 1; l < laneCount<V>; ++l) m = v[l] > m ? v[l] : m;
+    return m;
+}
+
+/// a b - c d without cancellation of the rounding errors (Kahan's difference of products) where there is an FMA.
+template <class V>
+inline V differenceOfProducts(V a, V b, V c, V d) {
+#if defined(__AVX512F__)
+    if constexpr (laneCount<V> == 16) {
+        const __m512 w = _mm512_mul_ps((__m512)c, (__m512)d);
+        const __m512 e = _mm512_fnmadd_ps((__m512)c, (__m512)d, w);
+        return (V)_mm512_add_ps(_mm512_fmsub_ps((__m512)a, (__m512)b, w), e);
+    }
+#endif
+#if defined(__FMA__)
+    if constexpr (laneCount<V> == 8) {
+        const __m256 w = _mm256_mul_ps((__m256)c, (__m256)d);
+        const __m256 e = _mm256_fnmadd_ps((__m256)c, (__m256)d, w);
+        return (V)_mm256_add_ps(_mm256_fmsub_ps((__m256)a, (__m256)b, w), e);
+    }
+    if constexpr (laneCount<V> == 4) {
+        const __m128 w = _mm_mul_ps((__m128)c, (__m128)d);
+        const __m128 e = _mm_fnmadd_ps((__m128)c, (__m128)d, w);
+        return (V)_mm_add_ps(_mm_fmsub_ps((__m128)a, (__m128)b, w), e);
+    }
+#endif
+    return a * b - c * d;
+}
+
+/// exp(x) for x <= 0, relative error below 3e-7 (Cephes' polynomial).
+template <class V>
+inline V exponential(V x) {
+    using I = typename LanesOf<laneCount<V>>::I;
+    x = most(x, splat<V>(-87.0f));
+    const V k = __builtin_convertvector(__builtin_convertvector(x * 1.44269504f - 0.5f, I), V);  // trunc of a negative: rounds
+    V r = x - k * 0.693359375f;
+    r = r + k * 2.12194440e-4f;
+    V p = splat<V>(1.9875691500e-4f);
+    p = p * r + 1.3981999507e-3f;
+    p = p * r + 8.3334519073e-3f;
+    p = p * r + 4.1665795894e-2f;
+    p = p * r + 1.6666665459e-1f;
+    p = p * r + 5.0000001201e-1f;
+    p = p * r * r + r + 1.0f;
+    const I scale = (__builtin_convertvector(k, I) + 127) << 23;
+    V s;
+    std::memcpy(&s, &scale, sizeof(V));
+    return p * s;
+}
+
+}  // namespace photic::PHOTIC_ISA

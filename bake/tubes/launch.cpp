@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/tubes/launch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr int kBlockQuads = 8;
+constexpr double kFirstSpacing = 4;             // [voxels] of the cells that adaptive refinement starts from
+constexpr std::int64_t kBatchQuads = 1 << 19;
+
+void addPower(PowerLedger& to, const PowerLedger& from) {
+    to.emitted += from.emitted, to.reflected += from.reflected, to.absorbed_medium += from.absorbed_medium, to.scattered += from.scattered;
+    to.absorbed_surface += from.absorbed_surface, to.received += from.received, to.escaped += from.escaped, to.dropped += from.dropped;
+    to.culled += from.culled;
+}
+
+// Runs parts in parallel, batch by batch, and hands each batch's tubes to the sink in the order of the parts.
+template <class Part>
+void launchInBatches(std::int64_t parts, std::int64_t parts_a_batch, const GridFrame& frame, const TubeLight& light,
+                     const TubeSink& sink, LaunchTotals& totals, Monitor& monitor, const Part& part) {
+    for (std::int64_t first = 0; first < parts; first += parts_a_batch) {
+        monitor.checkCancelled();
+        monitor.progress("trace", static_cast<double>(first) / static_cast<double>(parts));
+        const auto start = std::chrono::steady_clock::now();
+        const std::int64_t count = std::min(parts_a_batch, parts - first);
+        std::vector<TubeBuilder> builders(static_cast<std::size_t>(count), TubeBuilder(frame, light));
+        std::vector<std::int64_t> traced(static_cast<std::size_t>(count));
+        parallelFor(count, [&](std::int64_t i) {
+            const auto index = static_cast<std::size_t>(i);
+            traced[index] = part(first + i, builders[index]);
+            builders[index].finish();
+        });
+        std::array<TubeSet, 6> batch = std::move(builders[0].finish());
+        for (std::size_t i = 0; i < builders.size(); ++i) {
+            if (i > 0)
+                for (std::size_t s = 0; s < 6; ++s) batch[s].append(builders[i].finish()[s]);
+            addPower(totals.power, builders[i].power());
+            totals.tubes += builders[i].tubes();
+            totals.corner_rays += traced[i];
+        }
+        totals.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        sink(batch);
+    }
+}
+
+// A regular mesh over the launched patch.
+struct Lattice {
+    glm::dvec2 origin{0}, step{0};
+    int columns = 1, rows = 1;     // quads
+    SurfaceParam param(int i, int j) const { return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)}; }
+};
+
+Lattice layLattice(const LaunchDomain& domain, const HeightField& surface, const GridFrame& frame, const LaunchOptions& options) {
+    Lattice lattice;
+    const glm::dvec2 extent = domain.max - domain.min;
+    lattice.origin = domain.min;
+    const double voxel = std::min(glm::length(frame.world_from_index[0]), glm::length(frame.world_from_index[1]));
+    glm::dvec2 cells(1);
+    if (options.mesh > 0)
+        cells = glm::dvec2(options.mesh);
+    else if (options.spacing > 0)
+        cells = extent / (options.spacing * voxel);
+    else if (std::isfinite(surface.featureSize()))
+        cells = extent / std::min(kFirstSpacing * voxel, surface.featureSize());
+    lattice.columns = static_cast<int>(std::clamp(std::ceil(cells.x - 1e-9), 1.0, 1e6));
+    lattice.rows = static_cast<int>(std::clamp(std::ceil(cells.y - 1e-9), 1.0, 1e6));
+    lattice.step = extent / glm::dvec2(lattice.columns, lattice.rows);
+    return lattice;
+}
+
+}  // namespace
+
+void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
+                       const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals, Monitor& monitor) {
+    if (domain.empty()) return;
+    const HeightField& surface = *tracer.surface().height_field;
+    const Lattice lattice = layLattice(domain, surface, frame, options);
+    RefineOptions refine = options.refine;
+    const bool uniform = options.mesh > 0 || options.spacing > 0;
+    if (uniform || !std::isfinite(surface.featureSize())) refine.tolerance = 0;
+
+    const int strips = (lattice.rows + kBlockQuads - 1) / kBlockQuads;
+    const std::int64_t batch = std::max<std::int64_t>(1, kBatchQuads / (std::int64_t{kBlockQuads} * lattice.columns));
+    launchInBatches(strips, batch, frame, light, sink, totals, monitor, [&](std::int64_t strip, TubeBuilder& builder) {
+        Refiner refiner(tracer, builder, refine);
+        const int first_row = static_cast<int>(strip) * kBlockQuads, rows = std::min(kBlockQuads, lattice.rows - first_row);
+        const int stride = lattice.columns + 1;
+        std::vector<Corner> corners(static_cast<std::size_t>(stride * (rows + 1)));
+        SurfaceRow points;
+        for (int j = 0; j <= rows; ++j) {
+            const SurfaceParam start = lattice.param(0, first_row + j);
+            surface.row({start.position.x, start.position.y}, lattice.step.x, static_cast<std::size_t>(stride), points);
+            for (int i = 0; i < stride; ++i) {
+                const auto k = static_cast<std::size_t>(i);
+                const glm::dvec3 normal = glm::normalize(glm::dvec3(points.nx[k], points.ny[k], points.nz[k]));
+                corners[static_cast<std::size_t>(j * stride + i)] =
+                    tracer.traceAt(lattice.param(i, first_row + j), {points.px[k], points.py[k], points.pz[k]}, normal, normal);
+            }
+        }
+        const glm::dvec3 up(0, 0, 1);
+        for (int column = 0; column < lattice.columns; column += kBlockQuads) {
+            for (int j = 0; j < rows; ++j) {
+                for (int i = column; i < std::min(column + kBlockQuads, lattice.columns); ++i) {
+                    const Corner* c = &corners[static_cast<std::size_t>(j * stride + i)];
+                    refiner.add(c[0], c[1], c[stride + 1], up);
+                    refiner.add(c[0], c[stride + 1], c[stride], up);
+                }
+            }
+            builder.finish();
+        }
+        return static_cast<std::int64_t>(corners.size()) + refiner.traced();
+    });
+}
+
+void launchMesh(const CornerTracer& tracer, const TubeLight& light, const GridFrame& frame, const LaunchOptions& options,
+                const TubeSink& sink, LaunchTotals& totals, Monitor& monitor) {
+    const TriangleMesh& mesh = *tracer.surface().mesh;
+    constexpr std::size_t kTrianglesAPart = 16;
+    RefineOptions refine = options.refine;
+    if (options.spacing > 0) refine.max_edge = options.spacing, refine.tolerance = 0;
+    const auto parts = static_cast<std::int64_t>((mesh.triangles.size() + kTrianglesAPart - 1) / kTrianglesAPart);
+    launchInBatches(parts, 1024, frame, light, sink, totals, monitor, [&](std::int64_t part, TubeBuilder& builder) {
+        Refiner refiner(tracer, builder, refine);
+        std::int64_t traced = 0;
+        const std::size_t first = static_cast<std::size_t>(part) * kTrianglesAPart;
+        for (std::size_t t = first; t < std::min(first + kTrianglesAPart, mesh.triangles.size()); ++t) {
+            const auto& triangle = mesh.triangles[t];
+            const glm::dvec3 *p[3], *n[3];
+            for (std::size_t i = 0; i < 3; ++i) p[i] = &mesh.positions[triangle[i]], n[i] = &mesh.normals[triangle[i]];
+            const glm::dvec3 cross = glm::cross(*p[1] - *p[0], *p[2] - *p[0]);
+            const double size = glm::length(cross);
+            if (size <= 0) continue;
+            const glm::dvec3 face = cross / size;
+            Corner corners[3];
+            for (int i = 0; i < 3; ++i) corners[i] = tracer.trace({*p[i], *n[i]}, face);
+            refiner.add(corners[0], corners[1], corners[2], face);
+            traced += 3;
+        }
+        return traced + refiner.traced();
+    });
+}
+
+}  // namespace photic

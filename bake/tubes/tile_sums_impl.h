@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens to a tile's sums once all edges are in: the running sum along u, and the copy into leaves. Once per
+// instruction set, as edge_kernel_impl.h.
+#pragma once
+
+#include "bake/tubes/edge_kernel.h"
+#include "bake/tubes/lanes.h"
+
+namespace photic::PHOTIC_ISA {
+
+inline void runningSums(TileSums& tile) {
+    const int stride = tile.channels * tile.lanes;
+    for (int row = 0; row < tile.rows; ++row) {
+        float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride();
+        // Four lanes is the narrowest slab, so strides are multiples of 4; chunks of 16 keep the sums in registers.
+        int k = 0;
+        for (; k + 16 <= stride; k += 16) {
+            F16 sum = {};
+            for (int column = 0; column < tile.columns; ++column) {
+                float* p = cell + column * stride + k;
+                sum = sum + load<F16>(p);
+                store(p, sum);
+            }
+        }
+        for (; k < stride; k += 4) {
+            F4 sum = {};
+            for (int column = 0; column < tile.columns; ++column) {
+                float* p = cell + column * stride + k;
+                sum = sum + load<F4>(p);
+                store(p, sum);
+            }
+        }
+    }
+}
+
+inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
+                     float* out) {
+    alignas(32) std::int32_t index[8];
+    const int stride = tile.channels * tile.lanes;
+    for (int l = 0; l < 8; ++l) {
+        const int lane = first_lane + l;
+        index[l] = (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;
+    }
+    F8 any = {};
+    for (int x = 0; x < 8; ++x) {
+        for (int y = 0; y < 8; ++y) {
+            const float* column = tile.sums + static_cast<std::ptrdiff_t>(y) * tile.rowStride() + x * stride;
+            F8 keep{}, value[6];
+            for (int k = 0; k < tile.channels; ++k) {
+#if defined(__AVX2__)
+                const __m256i at = _mm256_load_si256(reinterpret_cast<const __m256i*>(index));
+                value[k] = (F8)_mm256_i32gather_ps(column + k * tile.lanes, at, 4);
+#else
+                for (int l = 0; l < 8; ++l) value[k][l] = column[k * tile.lanes + index[l]];
+#endif
+                value[k] = value[k] * scale;
+                if (k < irradiance_channels) keep = keep + value[k];
+            }
+            const auto lit = keep > floor;
+            for (int k = 0; k < tile.channels; ++k) {
+                const F8 kept = lit ? value[k] : F8{};
+                store(out + k * 512 + (x << 6) + (y << 3), kept);
+            }
+            any = most(any, lit ? keep : F8{});
+        }
+    }
+    return mostLane(any) > 0.0f;
+}
+
+}  // namespace photic::PHOTIC_ISA
