@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/file/checked_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "bake/report/error.h"
+
+namespace photic {
+namespace {
+
+constexpr std::size_t kBuffer = std::size_t{1} << 20;
+
+// A quick hash of bytes in order (multiply and fold, eight at a time); tells files apart, proves nothing.
+std::uint64_t hashed(std::uint64_t hash, const char* data, std::size_t count) {
+    const auto mix = [&hash](std::uint64_t word) {
+        hash = (hash ^ word) * 0xff51afd7ed558ccdull;
+        hash ^= hash >> 32;
+    };
+    for (; count >= 8; data += 8, count -= 8) {
+        std::uint64_t word;
+        std::memcpy(&word, data, 8);
+        mix(word);
+    }
+    std::uint64_t rest = count;
+    std::memcpy(&rest, data, count);
+    if (count > 0) mix(rest ^ count << 56);
+    return hash;
+}
+
+}  // namespace
+
+CheckedFileBuffer::CheckedFileBuffer(int descriptor) : descriptor_(descriptor), buffer_(kBuffer) {
+    setp(buffer_.data(), buffer_.data() + buffer_.size());
+}
+
+std::int64_t CheckedFileBuffer::size() const { return std::max(end_, position_ + (pptr() - pbase())); }
+
+bool CheckedFileBuffer::writeAll(const char* data, std::size_t count) {
+    const std::size_t skipped = static_cast<std::size_t>(std::clamp<std::int64_t>(kHashedFrom - position_, 0, static_cast<std::int64_t>(count)));
+    hash_ = hashed(hash_, data + skipped, count - skipped);
+    while (count > 0) {
+        const ssize_t n = ::write(descriptor_, data, count);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) {
+            if (failure_ == 0) failure_ = n < 0 ? errno : ENOSPC;
+            return false;
+        }
+        data += n, count -= static_cast<std::size_t>(n), position_ += n;
+    }
+    end_ = std::max(end_, position_);
+    return true;
+}
+
+bool CheckedFileBuffer::flush() {
+    if (failure_ != 0) return false;
+    const auto count = static_cast<std::size_t>(pptr() - pbase());
+    setp(buffer_.data(), buffer_.data() + buffer_.size());
+    return writeAll(buffer_.data(), count);
+}
+
+CheckedFileBuffer::int_type CheckedFileBuffer::overflow(int_type c) {
+    if (!flush()) return traits_type::eof();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) {
+        *pptr() = traits_type::to_char_type(c);
+        pbump(1);
+    }
+    return traits_type::not_eof(c);
+}
+
+std::streamsize CheckedFileBuffer::xsputn(const char* data, std::streamsize count) {
+    if (count > epptr() - pptr()) {
+        if (!flush()) return 0;
+        if (static_cast<std::size_t>(count) >= buffer_.size()) return writeAll(data, static_cast<std::size_t>(count)) ? count : 0;
+    }
+    std::memcpy(pptr(), data, static_cast<std::size_t>(count));
+    pbump(static_cast<int>(count));
+    return count;
+}
+
+CheckedFileBuffer::pos_type CheckedFileBuffer::seekoff(off_type offset, std::ios_base::seekdir direction, std::ios_base::openmode which) {
+    const std::int64_t here = position_ + (pptr() - pbase());
+    if (direction == std::ios_base::cur && offset == 0) return here;
+    const std::int64_t base = direction == std::ios_base::cur ? here : direction == std::ios_base::end ? size() : 0;
+    return seekpos(base + offset, which);
+}
+
+CheckedFileBuffer::pos_type CheckedFileBuffer::seekpos(pos_type position, std::ios_base::openmode) {
+    if (!flush() || ::lseek(descriptor_, position, SEEK_SET) < 0) return pos_type(off_type(-1));
+    position_ = position;
+    return position;
+}
+
+int CheckedFile::create(std::string& temporary, const std::string& path) {
+    // Renaming onto a device or a folder would replace it.
+    struct stat status {};
+    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: it is no regular file; choose another name", path), path);
+    // Numbered by process and by call: two bakes may write beside each other.
+    static std::atomic<int> counter{0};
+    const std::filesystem::path target(path);
+    const std::string name = fmt::format(".{}.{}-{}.tmp", target.filename().string(), ::getpid(), counter++);
+    temporary = (target.parent_path() / name).string();
+    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0)
+        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: {}; choose a folder that exists and can be written to", path, std::strerror(errno)), path);
+    return descriptor;
+}
+
+CheckedFile::CheckedFile(const std::string& path)
+    : path_(path), descriptor_(create(temporary_, path)), buffer_(descriptor_), stream_(&buffer_) {
+    stream_.exceptions(std::ios::badbit | std::ios::failbit);
+}
+
+CheckedFile::~CheckedFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+void CheckedFile::fail(int error_number) const {
+    const char* remedy = error_number == ENOSPC || error_number == EDQUOT ? "; free some space or write elsewhere"
+                         : error_number == EFBIG                          ? "; raise the limit on file sizes or write elsewhere"
+                                                                          : "";
+    throw Error(ErrorCode::Failed,
+                fmt::format("cannot write {}: {} after {} MiB{}; an existing file was left as it was", path_,
+                            error_number != 0 ? std::strerror(error_number) : "the file is not what was written", buffer_.size() >> 20, remedy),
+                path_);
+}
+
+void CheckedFile::finish() {
+    if (!buffer_.flush()) fail(buffer_.failure());
+    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);   // EINVAL: a file system without fsync
+    struct stat status {};
+    if (::fstat(descriptor_, &status) != 0) fail(errno);
+    if (status.st_size != buffer_.size()) fail(0);
+}
+
+void CheckedFile::patch(std::int64_t position, const std::string& bytes) {
+    if (::pwrite(descriptor_, bytes.data(), bytes.size(), position) != static_cast<ssize_t>(bytes.size())) fail(errno);
+    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);
+}
+
+void CheckedFile::commit() {
+    const int closed = ::close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0) fail(errno);
+    if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
+    temporary_.clear();
+    // The rename itself must survive a power cut too; a folder that cannot be flushed is no failure of the write.
+    const std::string folder = std::filesystem::path(path_).parent_path().string();
+    const int directory = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (directory >= 0) {
+        ::fsync(directory);
+        ::close(directory);
+    }
+}
+
+}  // namespace photic

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/file/slice_atlas.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/common.hpp>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "bake/field/resample.h"
+#include "bake/field/scene_grid.h"
+#include "bake/image/atomic_file.h"
+#include "bake/image/image.h"
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+#include "runtime/format/light_volume_format.h"
+
+namespace photic {
+namespace {
+
+struct Layout {
+    int columns, rows;
+};
+
+// Slices of w x h texels, n of them, as near to a square as they go; nothing when they don't fit.
+std::optional<Layout> layoutFor(std::int64_t w, std::int64_t h, std::int64_t n) {
+    const std::int64_t limit = format::kAtlasLargestSide;
+    if (w > limit || h > limit) return {};
+    std::optional<Layout> best;
+    std::int64_t best_side = std::numeric_limits<std::int64_t>::max();
+    for (std::int64_t columns = 1; columns <= std::min(n, limit / w); ++columns) {
+        const std::int64_t rows = (n + columns - 1) / columns, side = std::max(columns * w, rows * h);
+        if (rows * h > limit || side >= best_side) continue;
+        best_side = side;
+        best = Layout{static_cast<int>(columns), static_cast<int>(rows)};
+    }
+    return best;
+}
+
+Layout fittingLayout(const glm::ivec3& size, double voxel_size) {
+    if (const auto layout = layoutFor(size.x, size.y, size.z)) return *layout;
+    double scale = 1.05;
+    const auto scaled = [&](int n) { return static_cast<std::int64_t>(std::ceil(n / scale)); };
+    while (!layoutFor(scaled(size.x), scaled(size.y), scaled(size.z))) scale *= 1.05;
+    throw Error(ErrorCode::Input,
+                fmt::format("an atlas of {} slices of {} x {} texels exceeds {} texels a side; bake with voxel_size = {:.3g} or more, or a smaller domain",
+                            size.z, size.x, size.y, format::kAtlasLargestSide, voxel_size * scale));
+}
+
+// The box of voxels with light.
+struct Box {
+    glm::ivec3 min{std::numeric_limits<int>::max()}, max{std::numeric_limits<int>::min()};
+};
+Box litBox(const LightField& field, double threshold) {
+    std::vector<Box> boxes(static_cast<std::size_t>(field.leafCount()));
+    forEachLeaf(field.needed(), [&](int slot) {
+        if (field.state(slot) == LeafState::Empty) return;
+        Box& box = boxes[static_cast<std::size_t>(slot)];
+        const glm::ivec3 origin = field.needed().leafOrigin(slot);
+        for (int i = 0; i < LightField::kLeafVoxels; ++i) {
+            const glm::ivec3 v = origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
+            if (field.irradiance(v) > threshold) box.min = glm::min(box.min, v), box.max = glm::max(box.max, v);
+        }
+    });
+    Box all;
+    for (const Box& box : boxes) all.min = glm::min(all.min, box.min), all.max = glm::max(all.max, box.max);
+    if (all.min.x > all.max.x) all.min = all.max = field.frame().min;   // a dark volume: one texel
+    return all;
+}
+
+Image atlasImage(const LightField& field, const Box& box, const Layout& layout, double reference, bool rgb) {
+    const glm::ivec3 size = box.max - box.min + 1;
+    Image image;
+    image.width = layout.columns * size.x, image.height = layout.rows * size.y, image.channels = rgb ? 3 : 4;
+    image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.channels), 0.0f);
+    parallelFor(size.z, [&](std::int64_t k) {
+        const int x0 = static_cast<int>(k) % layout.columns * size.x, y0 = static_cast<int>(k) / layout.columns * size.y;
+        const auto stored = [&](double v) { return static_cast<float>(std::clamp(v / reference, -double(format::kLargest), double(format::kLargest))); };
+        for (int y = 0; y < size.y; ++y)
+            for (int x = 0; x < size.x; ++x) {
+                const glm::ivec3 voxel = box.min + glm::ivec3(x, y, static_cast<int>(k));
+                if (rgb) {
+                    for (int c = 0; c < 3; ++c) image.at(x0 + x, y0 + y, c) = stored(double(field.value(voxel, c)));
+                    continue;
+                }
+                const glm::dvec3 flux = field.flux(voxel);
+                for (int a = 0; a < 3; ++a) image.at(x0 + x, y0 + y, a) = stored(flux[a]);
+                image.at(x0 + x, y0 + y, 3) = stored(field.irradiance(voxel));
+            }
+    });
+    return image;
+}
+
+nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+void writeSliceAtlas(const std::string& path, const LightVolume& volume) {
+    std::optional<LightField> resampled;
+    if (!volume.field.frame().axisAligned()) resampled = resampledToAxes(volume.field);
+    const LightField& field = resampled ? *resampled : volume.field;
+    const GridFrame& frame = field.frame();
+    const double reference = volume.reference_irradiance;
+    const Box box = litBox(field, double(format::kActiveAbove) * reference);
+    const glm::ivec3 size = box.max - box.min + 1;
+    const glm::dvec3 voxel(frame.world_from_index[0].x, frame.world_from_index[1].y, frame.world_from_index[2].z);
+    const Layout layout = fittingLayout(size, voxel.x);
+    const bool coloured = field.channels().irradiance == 3;
+
+    const std::filesystem::path target(path);
+    const std::filesystem::path base = target.parent_path() / target.stem();
+    const std::string rgb_path = base.string() + "_rgb.exr";
+    const glm::dvec3 origin = frame.worldFromIndex(box.min);
+    const glm::dvec3 a = origin - 0.5 * voxel, b = frame.worldFromIndex(box.max) + 0.5 * voxel;
+    nlohmann::json json = {
+        {"photic_atlas", format::kAtlasVersion},
+        {"image", target.filename().string()},
+        {"rgb_image", coloured ? nlohmann::json(std::filesystem::path(rgb_path).filename().string()) : nlohmann::json(nullptr)},
+        {"width", layout.columns * size.x},
+        {"height", layout.rows * size.y},
+        {"columns", layout.columns},
+        {"rows", layout.rows},
+        {"slices", size.z},
+        {"slice_width", size.x},
+        {"slice_height", size.y},
+        {"texel_of_voxel", "x = (k % columns) * slice_width + i, y = (k / columns) * slice_height + j, row 0 at the top"},
+        {"sample_position", "cell_centre"},
+        {"channels", {{"R", "flux_x"}, {"G", "flux_y"}, {"B", "flux_z"}, {"A", "irradiance_mean"}}},
+        {"scale", reference},
+        {"unit", "W/m2"},
+        {"up_axis", "Z"},
+        {"voxel_size", jsonOf(voxel)},
+        {"bounds_world", {{"min", jsonOf(glm::min(a, b))}, {"max", jsonOf(glm::max(a, b))}}},
+        {"world_from_index", {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
+        {"index_min", {box.min.x, box.min.y, box.min.z}},
+        {"resampled", resampled.has_value()},
+        {"metadata", volume.metadata}};
+
+    // The sidecar last: a reader that finds it finds the images too.
+    writeExr(path, atlasImage(field, box, layout, reference, false), ChannelDepth::Half);
+    if (coloured) writeExr(rgb_path, atlasImage(field, box, layout, reference, true), ChannelDepth::Half);
+    writeFileAtomically(base.string() + ".json", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace photic
