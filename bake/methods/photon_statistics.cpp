@@ -34,16 +34,18 @@ PhotonStatistics::PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, F
       arena_(leaf_bytes_, std::max(1, needed_->leafCount())),
       leaves_(static_cast<std::size_t>(needed_->leafCount()), nullptr) {}
 
-void PhotonStatistics::fold(std::vector<TrackAccumulator>& repetitions, std::size_t count) {
+template <class Real>
+void PhotonStatistics::fold(std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count) {
     repetitions_ += static_cast<int>(count);
     forSlots(needed_->leafCount(), [&](int slot) { foldLeaf(slot, repetitions, count); });
 }
 
-void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator>& repetitions, std::size_t count) {
+template <class Real>
+void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count) {
     const auto stride = static_cast<std::size_t>(channels_.count()), colours = static_cast<std::size_t>(channels_.irradiance);
     double*& leaf = leaves_[static_cast<std::size_t>(slot)];
     for (std::size_t r = 0; r < count; ++r) {
-        const double* x = repetitions[r].sums(slot);
+        const Real* x = repetitions[r].sums(slot);
         if (!x) continue;
         if (!leaf) {
             bool zeroed = false;
@@ -51,10 +53,10 @@ void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator>& repetit
             if (!zeroed) std::memset(leaf, 0, leaf_bytes_);
         }
         double* squares = leaf + kVoxels * stride;
-        for (std::size_t i = 0; i < kVoxels * stride; ++i) leaf[i] += x[i];
+        for (std::size_t i = 0; i < kVoxels * stride; ++i) leaf[i] += static_cast<double>(x[i]);
         for (std::size_t v = 0; v < kVoxels; ++v) {
             double mean = 0;
-            for (std::size_t c = 0; c < colours; ++c) mean += x[v * stride + c];
+            for (std::size_t c = 0; c < colours; ++c) mean += static_cast<double>(x[v * stride + c]);
             mean /= static_cast<double>(colours);
             squares[v] += mean * mean;
         }
@@ -64,6 +66,9 @@ void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator>& repetit
         repetitions[r].clear(slot);
     }
 }
+
+template void PhotonStatistics::fold(std::vector<TrackAccumulator<float>>&, std::size_t);
+template void PhotonStatistics::fold(std::vector<TrackAccumulator<double>>&, std::size_t);
 
 PhotonStatistics::Result PhotonStatistics::result() const {
     Result out{LightField(needed_, channels_), LightField(needed_, {1, false}), LightField(needed_, {1, false})};

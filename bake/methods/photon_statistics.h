@@ -16,7 +16,8 @@ public:
     PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels);
 
     /// Adds the first `count` accumulators, one repetition each, and sets them back to zero.
-    void fold(std::vector<TrackAccumulator>& repetitions, std::size_t count);
+    template <class Real>
+    void fold(std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count);
 
     struct Result {
         LightField field, standard_error, path_count;
@@ -26,7 +27,8 @@ public:
     Result result() const;
 
 private:
-    void foldLeaf(int slot, std::vector<TrackAccumulator>& repetitions, std::size_t count);
+    template <class Real>
+    void foldLeaf(int slot, std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count);
 
     std::shared_ptr<const NeededVoxels> needed_;
     FieldChannels channels_;
@@ -35,5 +37,8 @@ private:
     LeafArena arena_;
     std::vector<double*> leaves_;    // 512 x channels sums, 512 sums of squares, 512 counts
 };
+
+extern template void PhotonStatistics::fold(std::vector<TrackAccumulator<float>>&, std::size_t);
+extern template void PhotonStatistics::fold(std::vector<TrackAccumulator<double>>&, std::size_t);
 
 }  // namespace photic

@@ -52,7 +52,8 @@ public:
           extinction_(scene.medium.extinction()), absorption_(scene.medium.absorption), scattering_(scene.medium.scattering) {}
 
     /// @param power  of the photon, per channel [W], before anything blocks it
-    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator& field, Tally& tally) const {
+    template <class Real>
+    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator<Real>& field, Tally& tally) const {
         // Behind another part of a specular mesh: that part has launched this light.
         if (!meshes_.empty() && meshes_.firstHit(start.position, -start.direction)) return;
         tally.power.emitted += mean(power);
@@ -67,7 +68,8 @@ public:
     }
 
 private:
-    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving, TrackAccumulator& field, Tally& tally) const {
+    template <class Real>
+    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving, TrackAccumulator<Real>& field, Tally& tally) const {
         Track track;
         track.origin = origin, track.direction = branch.direction, track.power = branch.fraction * arriving;
         if (branch.below) track.extinction = extinction_;
@@ -89,7 +91,7 @@ private:
             if (again) track.end = power_end = again.distance, end = &PowerLedger::dropped;
         }
 
-        TrackAccumulator::Deposited deposited;
+        DepositedTrack deposited;
         if (inside && track.begin < track.end) deposited = field.deposit(track);
         if (!deposited.touched) {
             tally.power.culled += mean(track.power);
@@ -151,6 +153,13 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
     return jobs;
 }
 
+/// Puts a zero between the low eight bits: two of these interleaved number tiles along a Z curve, which keeps near what is near.
+std::uint32_t spread(std::uint32_t x) {
+    x = (x | x << 4) & 0x0f0f;
+    x = (x | x << 2) & 0x3333;
+    return (x | x << 1) & 0x5555;
+}
+
 /// Indices of a block of points, tile by tile of the launched patch: neighbouring tracks meet their voxels in the cache.
 /// A counting sort, so the order depends on nothing but the points.
 void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t count, std::vector<std::uint32_t>& tiles, std::vector<std::uint32_t>& order) {
@@ -158,7 +167,7 @@ void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t 
     std::vector<std::uint32_t> ends(kTiles * kTiles + 1, 0);
     for (std::uint32_t i = 0; i < count; ++i) {
         const auto x = points.at(first + i);
-        tiles[i] = static_cast<std::uint32_t>(x[0] * kTiles) * kTiles + static_cast<std::uint32_t>(x[1] * kTiles);
+        tiles[i] = spread(static_cast<std::uint32_t>(x[0] * kTiles)) * 2 + spread(static_cast<std::uint32_t>(x[1] * kTiles));
         ++ends[tiles[i] + 1];
     }
     for (std::size_t t = 1; t < ends.size(); ++t) ends[t] += ends[t - 1];
@@ -173,7 +182,8 @@ public:
         for (const Job& job : jobs) blocks_ += static_cast<double>((job.paths_a_shift + kBlock - 1) / kBlock) * options.shifts;
     }
 
-    Tally run(int shift, TrackAccumulator& field) {
+    template <class Real>
+    Tally run(int shift, TrackAccumulator<Real>& field) {
         Tally tally;
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
@@ -208,6 +218,36 @@ private:
     double blocks_ = 0, blocks_done_ = 0;
     std::mutex mutex_;
 };
+
+/// Whether a repetition sends so many paths through a voxel that sums in single precision would lose digits: many equal
+/// deposits are off by 3e-8 each.
+bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
+    constexpr double kPathsAColumn = 32;
+    double paths = 0;
+    for (const Job& job : jobs) paths += static_cast<double>(job.paths_a_shift);
+    return paths > kPathsAColumn * std::pow(static_cast<double>(frame.voxelCount()), 2.0 / 3);
+}
+
+/// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
+template <class Real>
+Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor,
+                const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
+    const int threads = std::min(threadCount(), options.shifts);
+    std::vector<TrackAccumulator<Real>> scratch;
+    for (int t = 0; t < threads; ++t) scratch.emplace_back(needed, channels);
+    std::vector<Tally> tallies(static_cast<std::size_t>(options.shifts));
+    ShiftRun shifts(jobs, tracer, options, monitor);
+    for (int first = 0; first < options.shifts; first += threads) {
+        const int wave = std::min(threads, options.shifts - first);
+        parallelFor(wave, [&](std::int64_t i) {
+            tallies[static_cast<std::size_t>(first + i)] = shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
+        });
+        statistics.fold(scratch, static_cast<std::size_t>(wave));
+    }
+    Tally total;
+    for (const Tally& t : tallies) total.add(t);
+    return total;
+}
 
 void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
     report.power = total.power;
@@ -254,23 +294,9 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const std::vector<Job> jobs = makeJobs(scene, needed->frame(), options, report);
     const PhotonTracer tracer(scene, needed->frame());
 
-    // Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
     PhotonStatistics statistics(needed, channels);
-    const int threads = std::min(threadCount(), options.shifts);
-    std::vector<TrackAccumulator> scratch;
-    for (int t = 0; t < threads; ++t) scratch.emplace_back(*needed, channels);
-    std::vector<Tally> tallies(static_cast<std::size_t>(options.shifts));
-    ShiftRun shifts(jobs, tracer, options, monitor);
-    for (int first = 0; first < options.shifts; first += threads) {
-        const int wave = std::min(threads, options.shifts - first);
-        parallelFor(wave, [&](std::int64_t i) {
-            tallies[static_cast<std::size_t>(first + i)] = shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
-        });
-        statistics.fold(scratch, static_cast<std::size_t>(wave));
-    }
-    Tally total;
-    for (const Tally& t : tallies) total.add(t);
-    scratch.clear();
+    const Tally total = crowded(jobs, needed->frame()) ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
+                                                       : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
     report.seconds.emplace_back("trace", secondsSince(start));
 
     const auto field_start = std::chrono::steady_clock::now();

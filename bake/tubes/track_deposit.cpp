@@ -21,6 +21,21 @@ std::size_t leafBytes(FieldChannels channels) {
     return kLeafVoxels * (static_cast<std::size_t>(channels.count()) * sizeof(Real) + sizeof(std::uint32_t));
 }
 
+/// sum += factor * weight; four values at once where there are four.
+template <int Count, class Real>
+void addScaled(Real factor, const Real* weight, Real* sum) {
+    if constexpr (Count == 4) {
+        typedef Real Four __attribute__((vector_size(4 * sizeof(Real))));
+        Four w, s;
+        std::memcpy(&w, weight, sizeof(Four));
+        std::memcpy(&s, sum, sizeof(Four));
+        s += factor * w;
+        std::memcpy(sum, &s, sizeof(Four));
+    } else {
+        for (int c = 0; c < Count; ++c) sum[c] += factor * weight[c];
+    }
+}
+
 }  // namespace
 
 /// A track in index space; the parameter stays in metres.
@@ -41,7 +56,9 @@ TrackAccumulator<Real>::TrackAccumulator(const NeededVoxels& needed, FieldChanne
       needed_high_(box_low_),
       leaf_bytes_(leafBytes<Real>(channels)),
       arena_(std::make_unique<LeafArena>(leaf_bytes_, std::max(1, needed.leafCount()))),
-      leaves_(static_cast<std::size_t>(needed.leafCount()), nullptr) {
+      leaves_(static_cast<std::size_t>(needed.leafCount()), nullptr),
+      full_(static_cast<std::size_t>(needed.leafCount())) {
+    for (int slot = 0; slot < needed.leafCount(); ++slot) full_[static_cast<std::size_t>(slot)] = needed.leafFull(slot);
     if (needed.isEverything()) {
         needed_low_ = box_low_, needed_high_ = box_high_;
         return;
@@ -128,68 +145,105 @@ template <class Real>
 template <int Channels, bool Flux, bool Medium>
 DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, double begin, double end) {
     constexpr int kStride = Channels + (Flux ? 3 : 0);
-    constexpr int kShift[3] = {6, 3, 0};
-    const bool everything = needed_->isEverything();
 
-    // First voxel; rounding may put the entry a hair outside.
+    // The first voxel; rounding may put the entry a hair outside. `next` is where the track leaves its voxel across each axis.
     glm::ivec3 voxel;
     double next[3], delta[3];
-    int step[3];
+    bool up[3];
     for (int a = 0; a < 3; ++a) {
-        const double at = ray.origin[a] + begin * ray.direction[a];
+        const double d = ray.direction[a], at = ray.origin[a] + begin * d;
         voxel[a] = static_cast<int>(std::clamp(std::floor(at), needed_low_[a], needed_high_[a] - 1));
-        const double d = ray.direction[a];
-        step[a] = d < 0 ? -1 : 1;
+        up[a] = d > 0;
         delta[a] = d == 0 ? std::numeric_limits<double>::infinity() : 1.0 / std::fabs(d);
         next[a] = d == 0 ? std::numeric_limits<double>::infinity() : (voxel[a] + (d > 0 ? 1 : 0) - ray.origin[a]) / d;
     }
+    double next_x = next[0], next_y = next[1], next_z = next[2];
+    // Steps of the offset in a leaf, and its bits and their last value before the leaf ends.
+    const int step_x = up[0] ? 64 : -64, step_y = up[1] ? 8 : -8, step_z = up[2] ? 1 : -1;
+    const int last_x = up[0] ? 7 << 6 : 0, last_y = up[1] ? 7 << 3 : 0, last_z = up[2] ? 7 : 0;
 
-    double along[3] = {track.direction.x, track.direction.y, track.direction.z};
-    double power[Channels], transmittance[Channels];
-    for (int c = 0; c < Channels; ++c) power[c] = track.power[c], transmittance[c] = Medium ? std::exp(-track.extinction[c] * begin) : 1.0;
+    // What a unit of power along a unit of length adds, channel after channel.
+    Real weight[kStride];
+    double transmittance[Channels], mean_power = 0;
+    for (int c = 0; c < Channels; ++c) {
+        mean_power += track.power[c] / Channels;
+        transmittance[c] = Medium ? std::exp(-track.extinction[c] * begin) : 1.0;
+        weight[c] = static_cast<Real>(track.power[c]);
+    }
+    if constexpr (Flux)
+        for (int a = 0; a < 3; ++a) weight[Channels + a] = static_cast<Real>((Channels == 1 ? mean_power : 1.0) * track.direction[a]);
 
     DepositedTrack out;
-    double t = begin;
+    double t = begin, path = 0;
+    glm::ivec3 leaf_origin = voxel & ~7;
+    int offset = NeededVoxels::offsetInLeaf(voxel);
     while (true) {
         // A leaf: find it once, then walk its voxels.
-        const int slot = needed_->slotOf(voxel);
-        const bool full = slot >= 0 && needed_->leafFull(slot);
-        const NeededVoxels::Mask mask = slot >= 0 ? needed_->mask(slot) : NeededVoxels::Mask{};
+        const int slot = needed_->slotOf(leaf_origin);
+        const bool full = slot >= 0 && full_[static_cast<std::size_t>(slot)];
+        const NeededVoxels::Mask mask = slot >= 0 && !full ? needed_->mask(slot) : NeededVoxels::Mask{};
         Real* leaf = full ? leafAt(slot) : slot >= 0 ? leaves_[static_cast<std::size_t>(slot)] : nullptr;
-        int offset = NeededVoxels::offsetInLeaf(voxel);
+        auto* counts = reinterpret_cast<std::uint32_t*>(leaf + (leaf ? kLeafVoxels * kStride : 0));
         while (true) {
-            const int axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
-            const double to = std::min(next[axis], end), length = to - t;
-            const bool record = length > 0 && (full || (slot >= 0 && NeededVoxels::maskBit(mask, offset)));
-            if (record && !leaf) leaf = leafAt(slot);
-            double deposit[Channels];
-            for (int c = 0; c < Channels; ++c) {
-                if constexpr (Medium) {
-                    const double depth = track.extinction[c] * std::max(length, 0.0), mean = meanTransmittance(depth);
-                    deposit[c] = power[c] * transmittance[c] * mean * length;
-                    transmittance[c] *= 1.0 - depth * mean;
-                } else {
-                    deposit[c] = power[c] * length;
+            const double to = std::min(next_z, std::min(next_x, next_y)), length = std::min(to, end) - t;
+            if (length > 0) {
+                t += length;
+                double factor[Channels];
+                for (int c = 0; c < Channels; ++c) {
+                    factor[c] = length;
+                    if constexpr (Medium) {
+                        const double depth = track.extinction[c] * length, mean = meanTransmittance(depth);
+                        factor[c] *= transmittance[c] * mean;
+                        transmittance[c] *= 1.0 - depth * mean;
+                    }
+                }
+                if (full || (slot >= 0 && NeededVoxels::maskBit(mask, offset))) {
+                    if (!leaf) leaf = leafAt(slot), counts = reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride);
+                    Real* sum = leaf + offset * kStride;
+                    out.touched = true;
+                    ++counts[offset];
+                    if constexpr (Channels == 1) {
+                        addScaled<kStride>(static_cast<Real>(factor[0]), weight, sum);
+                        path += factor[0];
+                    } else {
+                        double mean = 0;
+                        for (int c = 0; c < Channels; ++c) {
+                            sum[c] += static_cast<Real>(factor[c]) * weight[c];
+                            mean += factor[c] * track.power[c];
+                        }
+                        mean /= Channels;
+                        if constexpr (Flux)
+                            for (int a = Channels; a < kStride; ++a) sum[a] += static_cast<Real>(mean) * weight[a];
+                        path += mean;
+                    }
                 }
             }
-            if (record) {
-                Real* sum = leaf + static_cast<std::size_t>(offset) * kStride;
-                double mean = deposit[0];
-                if constexpr (Channels == 3) mean = (deposit[0] + deposit[1] + deposit[2]) * (1.0 / 3);
-                for (int c = 0; c < Channels; ++c) sum[c] += static_cast<Real>(deposit[c]);
-                if constexpr (Flux)
-                    for (int a = 0; a < 3; ++a) sum[Channels + a] += static_cast<Real>(mean * along[a]);
-                ++reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride)[offset];
-                out.touched = true;
-                if (!everything) out.path += mean;
+            if (to >= end) {
+                out.path = Channels == 1 ? path * mean_power : path;
+                return out;
             }
-            if (next[axis] >= end) return out;
-            t = std::max(t, to);
-            next[axis] += delta[axis];
-            voxel[axis] += step[axis];
-            const int shift = kShift[axis], local = (offset >> shift & 7) + step[axis];
-            if (local & ~7) break;
-            offset += step[axis] * (1 << shift);
+            if (to == next_z) {
+                next_z += delta[2];
+                if ((offset & 7) == last_z) {
+                    offset ^= 7, leaf_origin.z += 8 * step_z;
+                    break;
+                }
+                offset += step_z;
+            } else if (to == next_x) {
+                next_x += delta[0];
+                if ((offset & 7 << 6) == last_x) {
+                    offset ^= 7 << 6, leaf_origin.x += step_x / 8;
+                    break;
+                }
+                offset += step_x;
+            } else {
+                next_y += delta[1];
+                if ((offset & 7 << 3) == last_y) {
+                    offset ^= 7 << 3, leaf_origin.y += step_y;
+                    break;
+                }
+                offset += step_y;
+            }
         }
     }
 }

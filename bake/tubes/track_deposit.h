@@ -72,6 +72,7 @@ private:
     std::size_t leaf_bytes_;
     std::unique_ptr<LeafArena> arena_;
     std::vector<Real*> leaves_;
+    std::vector<std::uint8_t> full_;         // NeededVoxels::leafFull, which is too slow to ask at every leaf
 };
 
 extern template class TrackAccumulator<float>;
