@@ -101,12 +101,13 @@ private:
         bool first = true;
         for (const Branch branch : {Branch::Refracted, Branch::Reflected}) {
             if (branch == Branch::Refracted ? surface.event == SurfaceEvent::Reflect : surface.event == SurfaceEvent::Refract) continue;
-            const CornerTracer tracer(surface, direction, branch, frame_, objects_, meshes_);
+            const CornerTracer tracer(scene_, surface, direction, branch, frame_, objects_, meshes_);
             TubeLight tube;
             tube.irradiance = light.irradiance * share;
             tube.direction = direction;
             tube.channels = field.channels().irradiance;
             tube.counts_emission = first;
+            tube.two_sided = surface.mesh != nullptr;
             if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
             const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
                 const auto start = Clock::now();

@@ -6,9 +6,12 @@
 
 namespace photic {
 
-CornerTracer::CornerTracer(const Surface& surface, const glm::dvec3& light_direction, Branch branch, const GridFrame& frame,
+CornerTracer::CornerTracer(const Scene& scene, const Surface& surface, const glm::dvec3& light_direction, Branch branch, const GridFrame& frame,
                            const RayCaster& objects, const RayCaster& meshes)
-    : surface_(surface), light_direction_(light_direction), branch_(branch), objects_(objects), meshes_(meshes), track_end_(frame) {}
+    : surface_(surface), light_direction_(light_direction), branch_(branch), objects_(objects), meshes_(meshes), track_end_(frame) {
+    for (const Object& object : scene.objects)
+        if (const Plane* plane = std::get_if<Plane>(&object.shape); plane && object.blocks()) planes_.push_back(*plane);
+}
 
 Corner CornerTracer::trace(const SurfaceParam& param, const glm::dvec3& face) const {
     if (!surface_.height_field) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <vector>
 
 #include "bake/tubes/ray_casting.h"
 #include "bake/tubes/specular_event.h"
@@ -48,7 +49,7 @@ enum class Branch { Refracted, Reflected };
 class CornerTracer {
 public:
     /// @param objects, meshes  casters of the scene; must outlive the tracer
-    CornerTracer(const Surface& surface, const glm::dvec3& light_direction, Branch branch, const GridFrame& frame,
+    CornerTracer(const Scene& scene, const Surface& surface, const glm::dvec3& light_direction, Branch branch, const GridFrame& frame,
                  const RayCaster& objects, const RayCaster& meshes);
 
     /// @param face  geometric normal, unit, of the mesh triangle; unused for height fields
@@ -59,6 +60,8 @@ public:
     const Surface& surface() const { return surface_; }
     const glm::dvec3& lightDirection() const { return light_direction_; }
     Branch branch() const { return branch_; }
+    /// The planes that block light, when nothing else in the scene casts a shadow; null otherwise.
+    const std::vector<Plane>* planes() const { return meshes_.empty() && (objects_.empty() || objects_.planesOnly()) ? &planes_ : nullptr; }
 
 private:
     const Surface& surface_;
@@ -67,6 +70,7 @@ private:
     const RayCaster& objects_;
     const RayCaster& meshes_;
     TrackEnd track_end_;
+    std::vector<Plane> planes_;
 };
 
 inline SurfaceParam middle(const SurfaceParam& a, const SurfaceParam& b) {

@@ -4,17 +4,22 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "bake/tubes/row_trace.h"
+
 namespace photic {
 
 namespace portable {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+RowTracer rowTracerHere();
 }
 #ifdef PHOTIC_X86_KERNELS
 namespace avx2 {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+RowTracer rowTracerHere();
 }
 namespace avx512 {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+RowTracer rowTracerHere();
 }
 #endif
 
@@ -42,6 +47,8 @@ InstructionSet bestInstructionSet() {
     return best;
 }
 
+int widestLanes(InstructionSet set) { return set == InstructionSet::Avx512 ? 16 : set == InstructionSet::Avx2 ? 8 : 4; }
+
 TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux) {
 #ifdef PHOTIC_X86_KERNELS
     if (set == InstructionSet::Avx512) return avx512::kernelsFor(lanes, irradiance_channels, flux);
@@ -49,6 +56,15 @@ TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, 
 #endif
     (void)set;
     return portable::kernelsFor(lanes, irradiance_channels, flux);
+}
+
+RowTracer rowTracer(InstructionSet set) {
+#ifdef PHOTIC_X86_KERNELS
+    if (set == InstructionSet::Avx512) return avx512::rowTracerHere();
+    if (set == InstructionSet::Avx2) return avx2::rowTracerHere();
+#endif
+    (void)set;
+    return portable::rowTracerHere();
 }
 
 }  // namespace photic

@@ -40,6 +40,8 @@ const char* name(InstructionSet set);
 /// The best one that this processor and this build have; PHOTIC_INSTRUCTION_SET=portable|avx2|avx512 in the
 /// environment lowers it.
 InstructionSet bestInstructionSet();
+/// Lanes of its registers: 4, 8 or 16.
+int widestLanes(InstructionSet set);
 
 /// Adds the tubes of some blocks to a tile's sums by signed edge coverage (docs/methods.md): each mesh edge adds
 /// (density right - density left) x the exact area of each voxel to its right. Degenerate tubes are clipped.

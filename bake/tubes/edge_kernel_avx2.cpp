@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #define PHOTIC_ISA avx2
 #include "bake/tubes/edge_kernel_impl.h"
+#include "bake/tubes/row_trace_impl.h"
 #include "bake/tubes/tile_sums_impl.h"
 
 namespace photic::avx2 {
@@ -8,5 +9,7 @@ namespace photic::avx2 {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux) {
     return {selectKernel(lanes, irradiance_channels, flux), runningSums, copyLeaf};
 }
+
+RowTracer rowTracerHere() { return traceRow; }
 
 }  // namespace photic::avx2

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #define PHOTIC_ISA portable
 #include "bake/tubes/edge_kernel_impl.h"
+#include "bake/tubes/row_trace_impl.h"
 #include "bake/tubes/tile_sums_impl.h"
 
 namespace photic::portable {
@@ -8,5 +9,7 @@ namespace photic::portable {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux) {
     return {selectKernel(lanes, irradiance_channels, flux), runningSums, copyLeaf};
 }
+
+RowTracer rowTracerHere() { return traceRow; }
 
 }  // namespace photic::portable

@@ -76,6 +76,71 @@ Lattice layLattice(const LaunchDomain& domain, const HeightField& surface, const
     return lattice;
 }
 
+RowTraceSetup rowSetup(const CornerTracer& tracer, const GridFrame& frame) {
+    const Surface& surface = tracer.surface();
+    RowTraceSetup setup;
+    setup.light_direction = tracer.lightDirection();
+    setup.refract = tracer.branch() == Branch::Refracted;
+    setup.ior_from = surface.ior_above, setup.ior_to = surface.ior_below;
+    setup.index_from_world = glm::inverse(frame.world_from_index);
+    setup.grid_origin = frame.origin_world;
+    setup.overshoot_layers = kOvershootVoxels, setup.longest_overshoot = kMaxOvershootVoxels;
+    if (!tracer.planes()) return setup;
+    for (const Plane& plane : *tracer.planes()) {
+        const glm::dvec3 n = glm::abs(glm::transpose(frame.world_from_index) * plane.normal);
+        const int axis = n.z >= n.x && n.z >= n.y ? 2 : n.y >= n.x ? 1 : 0;
+        setup.planes.push_back({plane.normal, glm::dot(plane.normal, plane.point), axis});
+    }
+    return setup;
+}
+
+// Blocks of a lattice come in at most four shapes.
+class RegularTopologies {
+public:
+    RegularTopologies(int columns, int last_columns, int rows, int last_rows) {
+        for (const int c : {columns, last_columns})
+            for (const int r : {rows, last_rows})
+                if (c > 0 && r > 0) shapes_[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)] = regularTopology(c, r);
+    }
+    const std::shared_ptr<const BlockTopology>& of(int columns, int rows) const {
+        return shapes_[static_cast<std::size_t>(columns)][static_cast<std::size_t>(rows)];
+    }
+
+private:
+    std::array<std::array<std::shared_ptr<const BlockTopology>, kBlockQuads + 1>, kBlockQuads + 1> shapes_;
+};
+
+bool regular(const std::vector<RayRow>& rays, int first, int columns) {
+    for (const RayRow& row : rays)
+        for (int i = first; i <= first + columns; ++i)
+            if (row.per_layer[static_cast<std::size_t>(i)] <= 0) return false;
+    return true;
+}
+
+// A block that needs a closer look: shadows, silhouettes, steep water, adaptive refinement. Returns the rays traced.
+std::int64_t refineBlock(const CornerTracer& tracer, const Lattice& lattice, const std::vector<SurfaceRow>& points, int first_row,
+                         int column, int columns, const RefineOptions& options, TubeBuilder& builder) {
+    Refiner refiner(tracer, builder, options);
+    std::vector<Corner> corners;
+    for (std::size_t j = 0; j < points.size(); ++j)
+        for (int i = column; i <= column + columns; ++i) {
+            const SurfaceRow& p = points[j];
+            const auto k = static_cast<std::size_t>(i);
+            const glm::dvec3 normal = glm::normalize(glm::dvec3(p.nx[k], p.ny[k], p.nz[k]));
+            corners.push_back(tracer.traceAt(lattice.param(i, first_row + static_cast<int>(j)), {p.px[k], p.py[k], p.pz[k]}, normal, normal));
+        }
+    const std::size_t stride = static_cast<std::size_t>(columns) + 1;
+    const glm::dvec3 up(0, 0, 1);
+    for (std::size_t j = 0; j + 1 < points.size(); ++j)
+        for (std::size_t i = 0; i + 1 < stride; ++i) {
+            const Corner* c = &corners[j * stride + i];
+            refiner.add(c[0], c[1], c[stride + 1], up);
+            refiner.add(c[0], c[stride + 1], c[stride], up);
+        }
+    builder.finish();
+    return refiner.traced();
+}
+
 }  // namespace
 
 void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
@@ -87,36 +152,34 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
     const bool uniform = options.mesh > 0 || options.spacing > 0;
     if (uniform || !std::isfinite(surface.featureSize())) refine.tolerance = 0;
 
+    const auto batch = std::max<std::int64_t>(1, kBatchQuads / (std::int64_t{kBlockQuads} * lattice.columns));
     const int strips = (lattice.rows + kBlockQuads - 1) / kBlockQuads;
-    const std::int64_t batch = std::max<std::int64_t>(1, kBatchQuads / (std::int64_t{kBlockQuads} * lattice.columns));
+    const RowTraceSetup setup = rowSetup(tracer, frame);
+    const RowTracer trace = rowTracer(bestInstructionSet());
+    // Rows can be traced without casting rays where only planes stand in the way, and without looking at each edge.
+    const bool quick = refine.tolerance <= 0 && refine.max_edge <= 0 && tracer.planes() != nullptr;
+    const RegularTopologies topologies(std::min(kBlockQuads, lattice.columns), lattice.columns % kBlockQuads,
+                                       std::min(kBlockQuads, lattice.rows), lattice.rows % kBlockQuads);
     launchInBatches(strips, batch, frame, light, sink, totals, monitor, [&](std::int64_t strip, TubeBuilder& builder) {
-        Refiner refiner(tracer, builder, refine);
         const int first_row = static_cast<int>(strip) * kBlockQuads, rows = std::min(kBlockQuads, lattice.rows - first_row);
         const int stride = lattice.columns + 1;
-        std::vector<Corner> corners(static_cast<std::size_t>(stride * (rows + 1)));
-        SurfaceRow points;
+        std::vector<SurfaceRow> points(static_cast<std::size_t>(rows + 1));
+        std::vector<RayRow> rays(static_cast<std::size_t>(rows + 1));
         for (int j = 0; j <= rows; ++j) {
+            const auto row = static_cast<std::size_t>(j);
             const SurfaceParam start = lattice.param(0, first_row + j);
-            surface.row({start.position.x, start.position.y}, lattice.step.x, static_cast<std::size_t>(stride), points);
-            for (int i = 0; i < stride; ++i) {
-                const auto k = static_cast<std::size_t>(i);
-                const glm::dvec3 normal = glm::normalize(glm::dvec3(points.nx[k], points.ny[k], points.nz[k]));
-                corners[static_cast<std::size_t>(j * stride + i)] =
-                    tracer.traceAt(lattice.param(i, first_row + j), {points.px[k], points.py[k], points.pz[k]}, normal, normal);
-            }
+            surface.row({start.position.x, start.position.y}, lattice.step.x, static_cast<std::size_t>(stride), points[row]);
+            if (quick) trace(setup, points[row], rays[row]);
         }
-        const glm::dvec3 up(0, 0, 1);
+        std::int64_t traced = std::int64_t{stride} * (rows + 1);
         for (int column = 0; column < lattice.columns; column += kBlockQuads) {
-            for (int j = 0; j < rows; ++j) {
-                for (int i = column; i < std::min(column + kBlockQuads, lattice.columns); ++i) {
-                    const Corner* c = &corners[static_cast<std::size_t>(j * stride + i)];
-                    refiner.add(c[0], c[1], c[stride + 1], up);
-                    refiner.add(c[0], c[stride + 1], c[stride], up);
-                }
-            }
-            builder.finish();
+            const int columns = std::min(kBlockQuads, lattice.columns - column);
+            if (quick && regular(rays, column, columns))
+                builder.addRegular(topologies.of(columns, rows), rays.data(), column, columns, rows);
+            else
+                traced += refineBlock(tracer, lattice, points, first_row, column, columns, refine, builder);
         }
-        return static_cast<std::int64_t>(corners.size()) + refiner.traced();
+        return traced;
     });
 }
 

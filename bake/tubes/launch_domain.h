@@ -23,7 +23,7 @@ struct LaunchDomain {
 /// at `surface`; within the patch when nothing lies outside of it. Emitted power is what crosses this rectangle.
 ///
 /// Slopes are bounded by sampling the height field about as finely as its features (at most 128 x 128 points, with a margin
-/// of 15 %); directions by the surface's slopes and the sun's disc; positions by the sheared box and the surface's heights.
+/// of 12 %); directions by the surface's slopes and the sun's disc; positions by the sheared box and the surface's heights.
 /// For meshes, which are launched whole, the result is empty.
 /// Cost: some 16,000 surface points.
 LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame);

@@ -80,7 +80,11 @@ const Refiner::Middle& Refiner::middleOf(const Corner& a, const Corner& b, const
 }
 
 void Refiner::add(const Corner& a, const Corner& b, const Corner& c, const glm::dvec3& face, int depth) {
-    if (depth >= options_.max_depth) {
+    // Without a tolerance, three rays that are alike make a tube as they are: no need to trace between them.
+    const bool plain = options_.tolerance <= 0 && options_.max_edge <= 0 && !options_.ends_matter;
+    const bool as_they_are = plain && alike(a, b) && alike(b, c) && alike(c, a) &&
+                             (a.fate != CornerFate::Lit || builder_.axisServes(a, b, c));
+    if (depth >= options_.max_depth || as_they_are) {
         builder_.add(a, b, c);
         return;
     }

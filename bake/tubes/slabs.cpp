@@ -29,7 +29,7 @@ std::vector<bool> neededLayers(const NeededVoxels& needed, int axis) {
     return layers;
 }
 
-std::vector<Slab> cutSlabs(const std::vector<bool>& layers, int first) {
+std::vector<Slab> cutSlabs(const std::vector<bool>& layers, int first, int max_lanes) {
     std::vector<Slab> slabs;
     const int count = static_cast<int>(layers.size());
     for (int i = 0; i < count;) {
@@ -44,9 +44,9 @@ std::vector<Slab> cutSlabs(const std::vector<bool>& layers, int first) {
                 if (layers[static_cast<std::size_t>(layer - first)]) last = layer;
             return last;
         };
-        int high = lastNeeded(low + 15);
+        int high = lastNeeded(low + max_lanes - 1);
         // A thin band stays in one slab; a thick one is cut where leaves are, so that whole leaves are stored at once.
-        if (high - low + 1 > 8) high = lastNeeded(floorTo(low, 16) + 15);
+        if (high - low + 1 > max_lanes / 2) high = lastNeeded(floorTo(low, max_lanes) + max_lanes - 1);
         const int active = high - low + 1;
         slabs.push_back({low, active, active > 8 ? 16 : active > 4 ? 8 : 4});
         i = high + 1 - first;
@@ -56,11 +56,11 @@ std::vector<Slab> cutSlabs(const std::vector<bool>& layers, int first) {
 
 }  // namespace
 
-std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_size) {
+std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_size, int max_lanes) {
     const auto axes = axesFor(axis);
     const GridFrame& frame = needed.frame();
     std::vector<SlabGroup> groups;
-    for (const Slab& slab : cutSlabs(neededLayers(needed, axis), frame.min[axis])) {
+    for (const Slab& slab : cutSlabs(neededLayers(needed, axis), frame.min[axis], max_lanes)) {
         const bool shares = !groups.empty() && floorTo(slab.first, 8) <= groups.back().slabs.back().first + groups.back().slabs.back().active - 1;
         if (!shares) groups.emplace_back();
         groups.back().slabs.push_back(slab);

@@ -29,6 +29,7 @@ struct SlabGroup {
 };
 
 /// Cuts the needed voxels into groups of slabs along `axis`.
-std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_size);
+/// @param max_lanes  4, 8 or 16
+std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_size, int max_lanes);
 
 }  // namespace photic

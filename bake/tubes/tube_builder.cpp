@@ -145,7 +145,8 @@ void TubeBuilder::closeBlock(int s) {
 void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
     const Corner* corners[3] = {&a, &b, &c};
     const glm::dvec3 area = 0.5 * glm::cross(b.position - a.position, c.position - a.position);
-    const double across = std::fabs(glm::dot(area, light_.direction));
+    const double facing = -glm::dot(area, light_.direction);
+    const double across = light_.two_sided ? std::fabs(facing) : std::max(0.0, facing);
     const glm::dvec3 arriving = light_.irradiance * across;
     double fraction = 0;
     for (const Corner* corner : corners)
@@ -201,11 +202,6 @@ void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
     set.slope_power += weight;
     set.slope_u_power += weight * d[axes[0]] / d[axis];
     set.slope_v_power += weight * d[axes[1]] / d[axis];
-}
-
-void TubeBuilder::addBlock(const std::shared_ptr<const BlockTopology>& topology, const Corner* corners) {
-    for (const auto& t : topology->triangles) add(corners[t.corner[0]], corners[t.corner[1]], corners[t.corner[2]]);
-    for (int s = 0; s < 6; ++s) closeBlock(s);
 }
 
 std::array<TubeSet, 6>& TubeBuilder::finish() {

@@ -10,6 +10,7 @@
 #include "bake/report/bake_report.h"
 #include "bake/tubes/corner.h"
 #include "bake/tubes/ray_tube.h"
+#include "bake/tubes/row_trace.h"
 
 namespace photic {
 
@@ -19,8 +20,12 @@ struct TubeLight {
     glm::dvec3 direction{0};       ///< unit, of travel
     int channels = 1;              ///< 1: white
     glm::dvec3 absorption{0}, scattering{0};   ///< of the medium that the branch runs through [1/m]; 0 in air
+    bool two_sided = false;        ///< meshes take light from either side, height fields from above
     bool counts_emission = true;   ///< false for a second branch of the same light: emitted power is counted once
 };
+
+/// A lattice of columns x rows cells, two triangles a cell, corners row by row.
+std::shared_ptr<const BlockTopology> regularTopology(int columns, int rows);
 
 /// Turns triangles of traced corners into tubes in the voxeliser's frame, block by block, and keeps the power ledger.
 class TubeBuilder {
@@ -33,9 +38,10 @@ public:
     /// Adds the tube between three corners; orientation must be that of the surface. Each corner stands for a third of the power.
     void add(const Corner& a, const Corner& b, const Corner& c);
 
-    /// Adds a block of tubes that share their corners: `corners` follow `topology`. All lit, none split.
-    /// Falls back to add() tube by tube where one axis does not serve the block.
-    void addBlock(const std::shared_ptr<const BlockTopology>& topology, const Corner* corners);
+    /// Adds the tubes of a regular block from traced rows, all of whose rays z layers serve (per_layer > 0).
+    /// @param topology  regularTopology(columns, rows)
+    /// @param row       rows + 1 traced rows, of which corners [first, first + columns] are used
+    void addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows);
 
     /// Ends the open blocks. Sets are indexed by axis * 2 + (sense > 0).
     std::array<TubeSet, 6>& finish();
@@ -66,6 +72,8 @@ private:
     std::uint8_t cornerIndex(int set, const Corner& corner, double end_distance);
     void closeBlock(int set);
     void countTube(const Corner* const* corners, const glm::dvec3& arriving, bool culled);
+    bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
+    void countRegular(double arriving_third, double fraction, double untraced, double hit_distance, double exit_distance, bool culled);
 
     GridFrame frame_;
     glm::dmat3 index_from_world_;

@@ -62,7 +62,7 @@ public:
           scale_(static_cast<float>(1.0 / field.frame().voxelVolume())) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
-        const auto groups = planSlabs(field_.needed(), set_.axis, TileSums::kColumns);
+        const auto groups = planSlabs(field_.needed(), set_.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
         findBounds(groups);
         std::vector<std::pair<std::uint32_t, std::uint32_t>> tasks;  // group, tile
         for (std::uint32_t g = 0; g < groups.size(); ++g)
