@@ -24,16 +24,21 @@ std::uint64_t byteRun(int lo, int hi) { return lo > hi ? 0 : (0xffull >> (7 - (h
 }  // namespace
 
 NeededVoxels::NeededVoxels(const GridFrame& frame) : frame_(frame) {
-    const glm::ivec3 size = frame.size();
-    if (size.x <= 0 || size.y <= 0 || size.z <= 0) return;
+    // In 64 bits and floating point: the corners may lie anywhere.
+    double leaves = 1;
+    std::array<std::int64_t, 3> size{};
+    for (int a = 0; a < 3; ++a) {
+        size[static_cast<std::size_t>(a)] = std::int64_t{frame.max[a]} - frame.min[a] + 1;
+        if (size[static_cast<std::size_t>(a)] <= 0) return;
+        leaves *= double((frame.max[a] >> 3) - (frame.min[a] >> 3) + 1);
+    }
+    if (leaves > double(kMaxLeaves))
+        throw Error(ErrorCode::Input,
+                    fmt::format("a grid of {} x {} x {} voxels has {:.0f} blocks of 8^3, more than {}; use larger voxels or a smaller domain",
+                                size[0], size[1], size[2], leaves, kMaxLeaves));
     leaf_min_ = frame.min >> 3;
     leaf_size_ = (frame.max >> 3) - leaf_min_ + 1;
     page_size_ = (leaf_size_ + ((1 << kPageBits) - 1)) >> kPageBits;
-    const std::int64_t leaves = std::int64_t(leaf_size_.x) * leaf_size_.y * leaf_size_.z;
-    if (leaves > kMaxLeaves)
-        throw Error(ErrorCode::Input,
-                    fmt::format("a grid of {} x {} x {} voxels has {} blocks of 8^3, more than {}; use larger voxels or a smaller domain",
-                                size.x, size.y, size.z, leaves, kMaxLeaves));
 
     // The part of a leaf inside the frame, for the 27 ways in which a leaf can touch its border.
     for (std::size_t c = 0; c < 27; ++c) {

@@ -29,7 +29,7 @@ constexpr std::uint64_t kLargestTiles = std::uint64_t{1} << 26;   // voxels in t
 // All grids of a file. A stream that throws at its end: OpenVDB itself does not look whether a read came up short.
 openvdb::GridPtrVecPtr readGrids(const std::string& path, openvdb::MetaMap::Ptr& meta) {
     if (std::filesystem::is_directory(path)) refuse(path, "it is a folder; give a .vdb file");
-    std::vector<char> buffer(std::size_t{1} << 20);
+    std::vector<char> buffer(std::size_t{1} << 17);
     std::ifstream in;
     in.rdbuf()->pubsetbuf(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     in.open(path, std::ios::binary);
