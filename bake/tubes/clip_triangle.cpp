@@ -49,6 +49,14 @@ ClipPolygon wholeTriangle(const double x[3], const double y[3]) {
     return {{{x[0], y[0], 0, 0}, {x[1], y[1], 1, 0}, {x[2], y[2], 0, 1}}, 3};
 }
 
+// Share of a triangle where a linear function with these corner values is positive.
+double positiveShare(double a, double b, double c) {
+    const auto [low, high] = std::minmax({a, b, c});
+    const double middle = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    if (middle <= 0) return high * high / ((high - middle) * (high - low));
+    return 1 - low * low / ((middle - low) * (high - low));
+}
+
 void addFraction(TileSums& tile, int lane, int row, int column, double fraction, const float* amounts) {
     float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride() +
                   static_cast<std::ptrdiff_t>(column) * tile.channels * tile.lanes + lane;
@@ -102,9 +110,24 @@ double meanClamped(double a, double b, double c) {
 }
 
 double fractionInside(const double x[3], const double y[3], double width, double height) {
+    const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
+    const auto [least_y, most_y] = std::minmax({y[0], y[1], y[2]});
+    if (most_x <= 0 || least_x >= width || most_y <= 0 || least_y >= height) return 0;
+    const bool sides[4] = {least_x < 0, most_x > width, least_y < 0, most_y > height};
+    const int crossed = sides[0] + sides[1] + sides[2] + sides[3];
+    if (crossed == 0) return 1;
+    if (crossed == 1) {
+        // One side: the share where a linear function is positive has a closed form.
+        if (sides[0]) return positiveShare(x[0], x[1], x[2]);
+        if (sides[1]) return positiveShare(width - x[0], width - x[1], width - x[2]);
+        if (sides[2]) return positiveShare(y[0], y[1], y[2]);
+        return positiveShare(height - y[0], height - y[1], height - y[2]);
+    }
     ClipPolygon p = wholeTriangle(x, y);
-    p = clip<&ClipPoint::x>(clip<&ClipPoint::x>(p, 0, 1), width, -1);
-    p = clip<&ClipPoint::y>(clip<&ClipPoint::y>(p, 0, 1), height, -1);
+    if (sides[0]) p = clip<&ClipPoint::x>(p, 0, 1);
+    if (sides[1]) p = clip<&ClipPoint::x>(p, width, -1);
+    if (sides[2]) p = clip<&ClipPoint::y>(p, 0, 1);
+    if (sides[3]) p = clip<&ClipPoint::y>(p, height, -1);
     return p.count < 3 ? 0.0 : sourceFraction(p);
 }
 

@@ -15,6 +15,7 @@ constexpr int kMaxTubes = 256;
 template <class V, int kIrradiance>
 struct BlockLayers {
     V x[kMaxCorners], y[kMaxCorners], open[kMaxCorners];
+    float first_open[kMaxCorners];   // least open part over the lanes
     float min_x[kMaxCorners], max_x[kMaxCorners], min_y[kMaxCorners], max_y[kMaxCorners];
     V density[kMaxTubes][kIrradiance];
     bool present[kMaxTubes];
@@ -56,6 +57,7 @@ private:
             const V x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane - shift_u_;
             const V y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane - shift_v_;
             at_.x[i] = x, at_.y[i] = y, at_.open[i] = open;
+            at_.first_open[i] = open[set_.sense > 0 ? 0 : kLanes - 1];
             at_.min_x[i] = leastLane(x), at_.max_x[i] = mostLane(x);
             at_.min_y[i] = leastLane(y), at_.max_y[i] = mostLane(y);
         }
@@ -91,10 +93,9 @@ private:
 
     // Mean open part of the layers over the tube, 0..1; false when all are closed.
     bool openLength(const TubeBlock& block, const std::uint8_t* c, V& length) {
-        const V low = least(least(at_.open[c[0]], at_.open[c[1]]), at_.open[c[2]]);
-        const float entered = leastLane(low);
         length = splat<V>(1.0f);
-        if (entered < 1.0f) {
+        if (least3(at_.first_open, c) < 1.0f) {
+            const V low = least(least(at_.open[c[0]], at_.open[c[1]]), at_.open[c[2]]);
             float most_open = 0;
             for (int l = 0; l < kLanes; ++l) {
                 if (low[l] < 1.0f)
@@ -188,10 +189,11 @@ private:
         const V tile_low_u = static_cast<float>(tile_.tile_min_u) - u0 - shift_u_, tile_high_u = static_cast<float>(tile_.tile_max_u) - u0 - shift_u_;
         const V tile_low_v = static_cast<float>(tile_.tile_min_v) - v0 - shift_v_, tile_high_v = static_cast<float>(tile_.tile_max_v) - v0 - shift_v_;
         const V counted = least<V>(most<V>(static_cast<float>(tile_.active_lanes) - iota<V>(), splat<V>(0.0f)), splat<V>(1.0f));
-        const V owned = ((cu >= tile_low_u) & (cu < tile_high_u) & (cv >= tile_low_v) & (cv < tile_high_v))
-                            ? mean * counted * tube.length : splat<V>(0.0f);
         const V least_x = least(least(x0, x1), x2), most_x = most(most(x0, x1), x2);
         const V least_y = least(least(y0, y1), y2), most_y = most(most(y0, y1), y2);
+        const V owned = ((cu >= tile_low_u) & (cu < tile_high_u) & (cv >= tile_low_v) & (cv < tile_high_v) &
+                         (most_x > low_u) & (least_x < high_u) & (most_y > low_v) & (least_y < high_v))
+                            ? mean * counted * tube.length : splat<V>(0.0f);
         const V margin = least(least(least_x - low_u, high_u - most_x), least(least_y - low_v, high_v - most_y));
         if (leastLane(margin) >= 0.0f) {
             for (int l = 0; l < kLanes; ++l) tile_.expected += static_cast<double>(owned[l]);
@@ -244,7 +246,7 @@ private:
 
         const V x0 = at_.x[a], x1 = at_.x[b], y0 = at_.y[a], y1 = at_.y[b];
         const V dx = x1 - x0, dy = y1 - y0;
-        const V inverse = dy == 0.0f ? splat<V>(0.0f) : 1.0f / dy;
+        const V inverse = absolute(dy) < 1.0e-30f ? splat<V>(0.0f) : reciprocal(dy);
         const V least_x = least(x0, x1), most_x = most(x0, x1);
         // Columns for the whole edge where it is short, row by row where it is long.
         const bool narrow = high_x - low_x < 4.0f;
@@ -270,11 +272,13 @@ private:
                 continue;
             }
             // The reach of a column, differenced twice along the columns, is the coverage's change.
-            const V half_inverse = 0.5f / most(far_x - near_x, splat<V>(1.0e-6f));
-            V reach = reachOf(splat<V>(static_cast<float>(first_column)), near_x, far_x, half_inverse);
+            const V half_inverse = 0.5f * reciprocal(most(far_x - near_x, splat<V>(1.0e-6f)));
+            V c = splat<V>(static_cast<float>(first_column));
+            V reach = reachOf(c, near_x, far_x, half_inverse);
             V coverage = splat<V>(0.0f);
             for (int column = first_column; column <= last_column; ++column, cell += kChannels * kLanes) {
-                const V next = reachOf(splat<V>(static_cast<float>(column + 1)), near_x, far_x, half_inverse);
+                c = c + 1.0f;
+                const V next = reachOf(c, near_x, far_x, half_inverse);
                 const V step = next - reach;
                 addCell(cell, height * (step - coverage), change);
                 coverage = step;

@@ -146,6 +146,24 @@ inline V differenceOfProducts(V a, V b, V c, V d) {
     return a * b - c * d;
 }
 
+/// 1 / x to 2^-23 or better, for x that is neither 0 nor subnormal.
+template <class V>
+inline V reciprocal(V x) {
+#if defined(__AVX512F__) && defined(__AVX512VL__)
+    // 14 bits from the table and one step of Newton's: a division would cost as much as the rest of a row.
+    V r;
+    if constexpr (laneCount<V> == 16)
+        r = (V)_mm512_rcp14_ps((__m512)x);
+    else if constexpr (laneCount<V> == 8)
+        r = (V)_mm256_rcp14_ps((__m256)x);
+    else
+        r = (V)_mm_rcp14_ps((__m128)x);
+    return r * (2.0f - x * r);
+#else
+    return 1.0f / x;
+#endif
+}
+
 /// exp(x) for x <= 0, relative error below 3e-7 (Cephes' polynomial).
 template <class V>
 inline V exponential(V x) {
