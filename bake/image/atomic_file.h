@@ -6,8 +6,8 @@
 
 namespace photic {
 
-/// Writes `bytes` beside `path` under a temporary name, flushes them to the disk, and renames. On failure the old file is
-/// intact and the temporary one is gone.
+/// Writes `bytes` beside `path` under a temporary name, flushes them to the disk, and renames. On failure the old file
+/// is intact and the temporary one is gone.
 /// @throws Error{Failed} with the path and the system's reason
 void writeFileAtomically(const std::string& path, std::string_view bytes);
 

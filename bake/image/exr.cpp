@@ -43,47 +43,57 @@ auto withExr(const std::string& path, const Body& body) {
     } catch (const Error&) {
         throw;
     } catch (const std::exception& error) {
-        throw Error(ErrorCode::Input,
-                    fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}", path, bytes.size(), error.what()));
+        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}",
+                                                  path, bytes.size(), error.what()));
     }
 }
 
 Window windowOf(const Imf::InputFile& file, const std::string& path) {
     const Imath::Box2i box = file.header().dataWindow();
-    const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1, height = std::int64_t(box.max.y) - box.min.y + 1;
+    const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1,
+                       height = std::int64_t(box.max.y) - box.min.y + 1;
     if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide)
-        throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
     return {box, static_cast<int>(width), static_cast<int>(height)};
 }
 
 std::vector<std::string> channelNames(const Imf::InputFile& file) {
     std::vector<std::string> names;
-    for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c) names.emplace_back(c.name());
+    for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c)
+        names.emplace_back(c.name());
     std::sort(names.begin(), names.end());
     return names;
 }
 
 /// A slice whose first pixel, that of the data window's corner, is values[0].
 Imf::Slice sliceOver(float* values, const Window& window, int pixel_stride) {
-    return Imf::Slice::Make(Imf::FLOAT, values, window.box, sizeof(float) * static_cast<std::size_t>(pixel_stride),
-                            sizeof(float) * static_cast<std::size_t>(pixel_stride) * static_cast<std::size_t>(window.width));
+    return Imf::Slice::Make(
+        Imf::FLOAT, values, window.box, sizeof(float) * static_cast<std::size_t>(pixel_stride),
+        sizeof(float) * static_cast<std::size_t>(pixel_stride) * static_cast<std::size_t>(window.width));
 }
 
 void checkChannel(const Imf::InputFile& file, const std::string& name, const std::string& path) {
     const Imf::Channel* channel = file.header().channels().findChannel(name);
     if (channel == nullptr)
-        throw Error(ErrorCode::Input,
-                    fmt::format("'{}' has no channel '{}'; it has {}", path, name, fmt::join(channelNames(file), ", ")));
+        throw Error(ErrorCode::Input, fmt::format("'{}' has no channel '{}'; it has {}", path, name,
+                                                  fmt::join(channelNames(file), ", ")));
     if (channel->xSampling != 1 || channel->ySampling != 1)
-        throw Error(ErrorCode::Input, fmt::format("channel '{}' of '{}' is subsampled; save it at full resolution", name, path));
+        throw Error(ErrorCode::Input,
+                    fmt::format("channel '{}' of '{}' is subsampled; save it at full resolution", name, path));
 }
 
 std::vector<std::string> writtenNames(int channels) {
     switch (channels) {
-        case 1: return {"Y"};
-        case 3: return {"R", "G", "B"};
-        case 4: return {"R", "G", "B", "A"};
-        default: throw Error(ErrorCode::Failed, fmt::format("an image of {} channels cannot be written; 1, 3 or 4 can", channels));
+        case 1:
+            return {"Y"};
+        case 3:
+            return {"R", "G", "B"};
+        case 4:
+            return {"R", "G", "B", "A"};
+        default:
+            throw Error(ErrorCode::Failed,
+                        fmt::format("an image of {} channels cannot be written; 1, 3 or 4 can", channels));
     }
 }
 
@@ -150,13 +160,15 @@ Image readExr(const std::string& path) {
         } else if (present.findChannel("Y")) {
             names = {"Y"};
         } else {
-            throw Error(ErrorCode::Input, fmt::format("'{}' has neither R, G, B nor Y; it has {}", path, fmt::join(channelNames(file), ", ")));
+            throw Error(ErrorCode::Input, fmt::format("'{}' has neither R, G, B nor Y; it has {}", path,
+                                                      fmt::join(channelNames(file), ", ")));
         }
         for (const std::string& name : names) checkChannel(file, name, path);
 
         Image image;
         image.width = window.width, image.height = window.height, image.channels = static_cast<int>(names.size());
-        image.pixels.resize(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height) * names.size());
+        image.pixels.resize(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height) *
+                            names.size());
         Imf::FrameBuffer buffer;
         for (std::size_t c = 0; c < names.size(); ++c)
             buffer.insert(names[c], sliceOver(image.pixels.data() + c, window, image.channels));

@@ -41,21 +41,26 @@ HeightMap readPng16(const std::string& path) {
 
     int width = 0, height = 0, channels = 0;
     if (!stbi_info_from_memory(data, size, &width, &height, &channels))
-        throw Error(ErrorCode::Input, fmt::format("'{}' is not a PNG, or is truncated: {}", path, stbi_failure_reason()));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' is not a PNG, or is truncated: {}", path, stbi_failure_reason()));
     if (!stbi_is_16_bit_from_memory(data, size))
-        throw Error(ErrorCode::Input, fmt::format("'{}' is an 8-bit PNG: its 256 steps of height would be seen as caustics (slopes are off by "
-                                                  "about 11 %); save 16 bits, or better a float EXR",
-                                                  path));
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("'{}' is an 8-bit PNG: its 256 steps of height would be seen as caustics (slopes are off by "
+                        "about 11 %); save 16 bits, or better a float EXR",
+                        path));
     if (channels != 1)
-        throw Error(ErrorCode::Input, fmt::format("'{}' has {} channels; a height map in PNG is grey, without alpha", path, channels));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' has {} channels; a height map in PNG is grey, without alpha", path, channels));
     if (width > kLargestSide || height > kLargestSide)
-        throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
 
-    const std::unique_ptr<stbi_us, void (*)(void*)> pixels(stbi_load_16_from_memory(data, size, &width, &height, &channels, 1),
-                                                          stbi_image_free);
+    const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
+        stbi_load_16_from_memory(data, size, &width, &height, &channels, 1), stbi_image_free);
     if (!pixels)
-        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}", path, bytes.size(),
-                                                  stbi_failure_reason()));
+        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}",
+                                                  path, bytes.size(), stbi_failure_reason()));
     HeightMap map;
     map.width = width, map.height = height;
     map.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -70,8 +75,10 @@ void writePng(const std::string& path, const Image& image) {
         quantised[i] = static_cast<stbi_uc>(v > 0.0f ? std::lround(std::min(v, 1.0f) * 255.0f) : 0);  // NaN is black
     }
     std::string bytes;
-    if (!stbi_write_png_to_func(append, &bytes, image.width, image.height, image.channels, quantised.data(), image.width * image.channels))
-        throw Error(ErrorCode::Failed, fmt::format("cannot encode '{}': {} x {} pixels of {} channels", path, image.width, image.height, image.channels));
+    if (!stbi_write_png_to_func(append, &bytes, image.width, image.height, image.channels, quantised.data(),
+                                image.width * image.channels))
+        throw Error(ErrorCode::Failed, fmt::format("cannot encode '{}': {} x {} pixels of {} channels", path,
+                                                   image.width, image.height, image.channels));
     writeFileAtomically(path, bytes);
 }
 

@@ -42,7 +42,8 @@ ConfigValue convert(const toml::node& node, const std::string& name) {
     } else if (const auto* boolean = node.as_boolean()) {
         out.kind = ConfigValue::Kind::Boolean, out.boolean = boolean->get();
     } else if (const auto* integer = node.as_integer()) {
-        out.kind = ConfigValue::Kind::Integer, out.integer = integer->get(), out.number = static_cast<double>(out.integer);
+        out.kind = ConfigValue::Kind::Integer, out.integer = integer->get(),
+        out.number = static_cast<double>(out.integer);
     } else if (const auto* number = node.as_floating_point()) {
         out.kind = ConfigValue::Kind::Number, out.number = number->get();
     } else if (const auto* string = node.as_string()) {
@@ -63,13 +64,20 @@ const ConfigValue* ConfigValue::find(const std::string& key) const {
 
 const char* ConfigValue::kindName() const {
     switch (kind) {
-        case Kind::Boolean: return "true or false";
-        case Kind::Integer: return "an integer";
-        case Kind::Number: return "a number";
-        case Kind::String: return "a string";
-        case Kind::Array: return "an array";
-        case Kind::Table: return "a table";
-        case Kind::Date: return "a date";
+        case Kind::Boolean:
+            return "true or false";
+        case Kind::Integer:
+            return "an integer";
+        case Kind::Number:
+            return "a number";
+        case Kind::String:
+            return "a string";
+        case Kind::Array:
+            return "an array";
+        case Kind::Table:
+            return "a table";
+        case Kind::Date:
+            return "a date";
     }
     return "";
 }
@@ -78,7 +86,8 @@ ConfigValue parseConfig(const std::string& text, const std::string& name) {
     try {
         return convert(toml::parse(text, name), name);
     } catch (const toml::parse_error& error) {
-        throw Error(ErrorCode::Input, fmt::format("not valid TOML: {}", error.description()), place(name, error.source()));
+        throw Error(ErrorCode::Input, fmt::format("not valid TOML: {}", error.description()),
+                    place(name, error.source()));
     }
 }
 

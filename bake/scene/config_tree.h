@@ -12,12 +12,12 @@ namespace photic {
 struct ConfigValue {
     enum class Kind { Boolean, Integer, Number, String, Array, Table, Date };
     Kind kind = Kind::Table;
-    std::string where;                                       ///< "pool.toml:12:5"; of a table's entry: of its key
+    std::string where;  ///< "pool.toml:12:5"; of a table's entry: of its key
     bool boolean = false;
     std::int64_t integer = 0;
-    double number = 0;                                       ///< of integers too
+    double number = 0;  ///< of integers too
     std::string string;
-    std::vector<ConfigValue> items;                          ///< of an array
+    std::vector<ConfigValue> items;                            ///< of an array
     std::vector<std::pair<std::string, ConfigValue>> entries;  ///< of a table, in the file's order
 
     /// The entry `key` of a table, or null.

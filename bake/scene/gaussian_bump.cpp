@@ -20,7 +20,8 @@ std::vector<double> gaussianSeries(double radius, double from_wall, double lengt
     std::vector<double> a(static_cast<std::size_t>(modes));
     for (int m = 0; m < modes; ++m) {
         const double k = m * kPi / length;
-        a[static_cast<std::size_t>(m)] = (m == 0 ? 1.0 : 2.0) / length * std::sqrt(2 * kPi) * radius * std::exp(-0.5 * k * k * radius * radius) * std::cos(k * from_wall);
+        a[static_cast<std::size_t>(m)] = (m == 0 ? 1.0 : 2.0) / length * std::sqrt(2 * kPi) * radius *
+                                         std::exp(-0.5 * k * k * radius * radius) * std::cos(k * from_wall);
     }
     return a;
 }
@@ -70,10 +71,12 @@ SampleGrid bumpHeights(const GaussianBump& bump, glm::dvec2 size, int width, int
     for (std::size_t n = 0; n < b.size(); ++n)
         for (std::size_t m = 0; m < a.size(); ++m) {
             const double k = std::hypot(static_cast<double>(m) / size.x, static_cast<double>(n) / size.y) * kPi;
-            coefficients[n * a.size() + m] = bump.height * a[m] * b[n] * oscillation(bump.speed * k, bump.damping, time);
+            coefficients[n * a.size() + m] =
+                bump.height * a[m] * b[n] * oscillation(bump.speed * k, bump.damping, time);
         }
 
-    SampleGrid grid{width, height, std::vector<double>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
+    SampleGrid grid{width, height,
+                    std::vector<double>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
     const auto columns = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
     parallelFor(height, [&](std::int64_t j) {
         // Sum over the modes along y first, for this row; then the row is a sum over the modes along x.

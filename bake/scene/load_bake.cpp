@@ -23,12 +23,15 @@ GridSet loadGrids(const TableReader& table) {
         const auto found = std::find(kGridNames.begin(), kGridNames.end(), name);
         if (found == kGridNames.end()) {
             const std::string near = nearestName(name, kGridNames);
-            table.fail("grids", fmt::format("unknown grid \"{}\"; {}", name, near.empty() ? "known: irradiance, direction, caustic, arrival_time, density"
-                                                                                          : fmt::format("did you mean \"{}\"?", near)));
+            table.fail("grids",
+                       fmt::format("unknown grid \"{}\"; {}", name,
+                                   near.empty() ? "known: irradiance, direction, caustic, arrival_time, density"
+                                                : fmt::format("did you mean \"{}\"?", near)));
         }
         *members[found - kGridNames.begin()] = true;
     }
-    if (grids.direction && !grids.irradiance) table.fail("grids", "\"direction\" is weighted by \"irradiance\" and useless without it; ask for both");
+    if (grids.direction && !grids.irradiance)
+        table.fail("grids", "\"direction\" is weighted by \"irradiance\" and useless without it; ask for both");
     return grids;
 }
 
@@ -37,13 +40,23 @@ GivenOptions loadOptions(const ConfigValue& table, const std::string& method) {
     for (const auto& [key, value] : table.entries) {
         GivenOption option{{}, value.where};
         switch (value.kind) {
-            case ConfigValue::Kind::Boolean: option.value = value.boolean; break;
-            case ConfigValue::Kind::Integer: option.value = value.integer; break;
-            case ConfigValue::Kind::Number: option.value = value.number; break;
-            case ConfigValue::Kind::String: option.value = value.string; break;
+            case ConfigValue::Kind::Boolean:
+                option.value = value.boolean;
+                break;
+            case ConfigValue::Kind::Integer:
+                option.value = value.integer;
+                break;
+            case ConfigValue::Kind::Number:
+                option.value = value.number;
+                break;
+            case ConfigValue::Kind::String:
+                option.value = value.string;
+                break;
             default:
                 throw Error(ErrorCode::Input,
-                            fmt::format("'{}' in [bake.{}] is {}; an option is a number, a string, true or false", key, method, value.kindName()), value.where);
+                            fmt::format("'{}' in [bake.{}] is {}; an option is a number, a string, true or false", key,
+                                        method, value.kindName()),
+                            value.where);
         }
         options.emplace(key, std::move(option));
     }

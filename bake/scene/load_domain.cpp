@@ -30,7 +30,9 @@ void addPlane(const Plane& plane, const Bounds3& box, Bounds3& out) {
     for (int corner = 0; corner < 4; ++corner) {
         glm::dvec3 p;
         p[a] = corner & 1 ? box.max[a] : box.min[a], p[b] = corner & 2 ? box.max[b] : box.min[b];
-        p[axis] = plane.point[axis] - (plane.normal[a] * (p[a] - plane.point[a]) + plane.normal[b] * (p[b] - plane.point[b])) / plane.normal[axis];
+        p[axis] = plane.point[axis] -
+                  (plane.normal[a] * (p[a] - plane.point[a]) + plane.normal[b] * (p[b] - plane.point[b])) /
+                      plane.normal[axis];
         out.add(p);
     }
 }
@@ -47,12 +49,14 @@ Bounds3 sceneBounds(const Scene& scene) {
         }
     }
     for (const Object& object : scene.objects)
-        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape); mesh && object.receives())
+        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape);
+            mesh && object.receives())
             for (const glm::dvec3& p : (*mesh)->positions) box.add(p);
     if (box.empty()) return box;
     Bounds3 extended = box;
     for (const Object& object : scene.objects)
-        if (const auto* plane = std::get_if<Plane>(&object.shape); plane && object.receives()) addPlane(*plane, box, extended);
+        if (const auto* plane = std::get_if<Plane>(&object.shape); plane && object.receives())
+            addPlane(*plane, box, extended);
     return extended;
 }
 
@@ -67,11 +71,14 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
 
     Domain& domain = request.domain;
     const auto min = table.vector3("min", anyNumber("m")), max = table.vector3("max", anyNumber("m"));
-    if (min.has_value() != max.has_value()) table.fail(fmt::format("[domain] has '{}' without '{}'; give both, or neither for the scene's bounds", min ? "min" : "max", min ? "max" : "min"));
+    if (min.has_value() != max.has_value())
+        table.fail(fmt::format("[domain] has '{}' without '{}'; give both, or neither for the scene's bounds",
+                               min ? "min" : "max", min ? "max" : "min"));
     if (min) {
         for (int a = 0; a < 3; ++a)
             if ((*min)[a] >= (*max)[a])
-                table.fail("max", fmt::format("max.{0} is {1}, min.{0} is {2}: the box is empty; max must be greater", "xyz"[a], (*max)[a], (*min)[a]));
+                table.fail("max", fmt::format("max.{0} is {1}, min.{0} is {2}: the box is empty; max must be greater",
+                                              "xyz"[a], (*max)[a], (*min)[a]));
         domain.min = *min, domain.max = *max, request.has_box = true;
     }
 
@@ -81,10 +88,13 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
         if (request.has_box) {
             const glm::dvec3 extent = domain.max - domain.min;
             const double least = std::min({extent.x, extent.y, extent.z});
-            if (*size > least) table.fail("voxel_size", fmt::format("voxel_size {} m exceeds the {} m domain; use {} or less", *size, least, least / 2));
+            if (*size > least)
+                table.fail("voxel_size", fmt::format("voxel_size {} m exceeds the {} m domain; use {} or less", *size,
+                                                     least, least / 2));
         }
     }
-    if (const auto resolution = table.integer("resolution", 1, 1 << 20)) request.resolution = static_cast<int>(*resolution);
+    if (const auto resolution = table.integer("resolution", 1, 1 << 20))
+        request.resolution = static_cast<int>(*resolution);
     domain.layer_height = table.number("layer_height", positive("m")).value_or(0);
 
     if (const ConfigValue* shear = table.find("shear")) {
@@ -98,7 +108,9 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
 
 void finishDomain(const DomainRequest& request, Scene& scene) {
     Domain& domain = scene.domain = request.domain;
-    const auto longest = [&] { return std::max({domain.max.x - domain.min.x, domain.max.y - domain.min.y, domain.max.z - domain.min.z}); };
+    const auto longest = [&] {
+        return std::max({domain.max.x - domain.min.x, domain.max.y - domain.min.y, domain.max.z - domain.min.z});
+    };
     if (!request.has_box) {
         const Bounds3 box = sceneBounds(scene);
         domain.min = box.min, domain.max = box.max;
@@ -112,13 +124,19 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
 
     const double layer = domain.layer_height > 0 ? domain.layer_height : domain.voxel_size;
     const glm::dvec3 extent = domain.max - domain.min;
-    const double columns = std::ceil(extent.x / domain.voxel_size), rows = std::ceil(extent.y / domain.voxel_size), layers = std::ceil(extent.z / layer);
+    const double columns = std::ceil(extent.x / domain.voxel_size), rows = std::ceil(extent.y / domain.voxel_size),
+                 layers = std::ceil(extent.z / layer);
     if (layer > extent.z)
-        throw Error(ErrorCode::Input, fmt::format("voxels {} m high exceed the {} m domain; use {} or less", layer, extent.z, extent.z / 2), request.where);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("voxels {} m high exceed the {} m domain; use {} or less", layer, extent.z, extent.z / 2),
+            request.where);
     if (columns * rows * layers > kMostVoxels)
         throw Error(ErrorCode::Input,
-                    fmt::format("the box has {} x {} x {} voxels of {} m; the limit is 2^38 = {:.3g}; use voxels of {:.3g} m or a smaller box", columns, rows,
-                                layers, domain.voxel_size, kMostVoxels, domain.voxel_size * std::cbrt(columns * rows * layers / kMostVoxels)),
+                    fmt::format("the box has {} x {} x {} voxels of {} m; the limit is 2^38 = {:.3g}; use voxels of "
+                                "{:.3g} m or a smaller box",
+                                columns, rows, layers, domain.voxel_size, kMostVoxels,
+                                domain.voxel_size * std::cbrt(columns * rows * layers / kMostVoxels)),
                     request.where);
 }
 

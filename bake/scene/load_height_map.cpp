@@ -25,7 +25,12 @@ std::vector<HeightMap> readMaps(const TableReader& table, const std::string& pat
         return {readPng16(path)};
     }
     if (is(".vdb", ".VDB")) table.fail("file", "index volumes (.vdb) are not built yet; give a height map or a mesh");
-    if (!is(".exr", ".EXR")) table.fail("file", fmt::format("'{}' is no height map that can be read; .exr and 16-bit .png can, and meshes with kind = \"mesh\"", path));
+    if (!is(".exr", ".EXR"))
+        table.fail(
+            "file",
+            fmt::format(
+                "'{}' is no height map that can be read; .exr and 16-bit .png can, and meshes with kind = \"mesh\"",
+                path));
 
     std::vector<std::string> channels;
     if (const auto channel = table.text("channel")) {
@@ -35,12 +40,16 @@ std::vector<HeightMap> readMaps(const TableReader& table, const std::string& pat
     } else {
         channels = exrChannelNames(path);
         if (channels.size() != 1)
-            table.fail("file", fmt::format("'{}' has the channels {}; say which holds the height, for example channel = \"{}\"", path, fmt::join(channels, ", "),
-                                           channels.size() > 1 ? channels[1] : "Y"));
+            table.fail("file",
+                       fmt::format("'{}' has the channels {}; say which holds the height, for example channel = \"{}\"",
+                                   path, fmt::join(channels, ", "), channels.size() > 1 ? channels[1] : "Y"));
     }
     if (displaced) {
-        const std::vector<std::string> moves = table.texts("displacement_channels").value_or(std::vector<std::string>{"R", "B"});
-        if (moves.size() != 2) table.fail("displacement_channels", fmt::format("'displacement_channels' has {} names; it must have 2, for x and y", moves.size()));
+        const std::vector<std::string> moves =
+            table.texts("displacement_channels").value_or(std::vector<std::string>{"R", "B"});
+        if (moves.size() != 2)
+            table.fail("displacement_channels",
+                       fmt::format("'displacement_channels' has {} names; it must have 2, for x and y", moves.size()));
         channels.insert(channels.end(), moves.begin(), moves.end());
     }
     return readExrChannels(path, channels);
@@ -53,12 +62,15 @@ SampleGrid samplesOf(const HeightMap& map, const std::string& path, double scale
     for (std::size_t i = map.values.size(); i-- > 0;)
         if (!std::isfinite(map.values[i])) ++bad, first = i;
     if (bad > 0)
-        throw Error(ErrorCode::Input, fmt::format("'{}' is {} at pixel ({}, {}), counted from the top left; {} of {} pixels are not finite: every height must be", path,
-                                                  map.values[first], first % width, first / width, bad, map.values.size()));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' is {} at pixel ({}, {}), counted from the top left; {} of {} pixels are not "
+                                "finite: every height must be",
+                                path, map.values[first], first % width, first / width, bad, map.values.size()));
     SampleGrid grid{map.width, map.height, std::vector<double>(map.values.size())};
     for (int y = 0; y < map.height; ++y)
         for (int x = 0; x < map.width; ++x) {
-            const float stored = map.values[static_cast<std::size_t>(map.height - 1 - y) * width + static_cast<std::size_t>(x)];
+            const float stored =
+                map.values[static_cast<std::size_t>(map.height - 1 - y) * width + static_cast<std::size_t>(x)];
             grid.at(x, y) = scale * (static_cast<double>(stored) - level);
         }
     return grid;
@@ -69,7 +81,8 @@ double seamRatio(const SampleGrid& grid) {
     double seam = 0, inside = 0;
     for (int y = 0; y < grid.height; ++y)
         for (int x = 0; x < grid.width; ++x) {
-            const double dx = std::fabs(grid.at(x, y) - grid.at((x + 1) % grid.width, y)), dy = std::fabs(grid.at(x, y) - grid.at(x, (y + 1) % grid.height));
+            const double dx = std::fabs(grid.at(x, y) - grid.at((x + 1) % grid.width, y)),
+                         dy = std::fabs(grid.at(x, y) - grid.at(x, (y + 1) % grid.height));
             double& to_x = x + 1 == grid.width ? seam : inside;
             to_x = std::max(to_x, dx);
             double& to_y = y + 1 == grid.height ? seam : inside;
@@ -81,21 +94,27 @@ double seamRatio(const SampleGrid& grid) {
 }  // namespace
 
 Interpolation loadInterpolation(const TableReader& table) {
-    return table.choice("interpolation", {"bicubic", "bilinear"}).value_or(0) == 1 ? Interpolation::Bilinear : Interpolation::Bicubic;
+    return table.choice("interpolation", {"bicubic", "bilinear"}).value_or(0) == 1 ? Interpolation::Bilinear
+                                                                                   : Interpolation::Bicubic;
 }
 
-void warnOfFolds(const TableReader& table, const std::string& key, const HeightField& field, const SplineFieldShape& shape, int width, int height, Monitor& monitor) {
+void warnOfFolds(const TableReader& table, const std::string& key, const HeightField& field,
+                 const SplineFieldShape& shape, int width, int height, Monitor& monitor) {
     const double least = leastNormalZ(field, shape, width, height);
     if (least <= 0)
-        monitor.warn(fmt::format("{}: the horizontal displacement folds the surface over itself (least cell area {:.3g} of the undisplaced one); light through folds is "
-                                 "wrong: reduce the displacement",
-                                 table.where(key), least));
+        monitor.warn(
+            fmt::format("{}: the horizontal displacement folds the surface over itself (least cell area {:.3g} of the "
+                        "undisplaced one); light through folds is "
+                        "wrong: reduce the displacement",
+                        table.where(key), least));
 }
 
-std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const HeightFieldPlace& place, LoadContext& context) {
+std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const HeightFieldPlace& place,
+                                                 LoadContext& context) {
     const bool displaced = table.flag("displacement").value_or(table.has("displacement_channels"));
     if (!displaced && table.has("displacement_channels")) table.exclusive({"displacement", "displacement_channels"});
-    const double scale = table.number("scale", anyNumber("m")).value_or(1), level = table.number("level", {}).value_or(0);
+    const double scale = table.number("scale", anyNumber("m")).value_or(1),
+                 level = table.number("level", {}).value_or(0);
     const std::string path = context.path(*table.text("file"));
 
     return placed(table, "file", [&]() -> std::shared_ptr<const HeightField> {
@@ -103,10 +122,13 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
         context.hashBytes(readFileBytes(path));
         const HeightMap& heights = maps.front();
         if (heights.width < kLeastTexels || heights.height < kLeastTexels)
-            throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; a height map needs {} a side", path, heights.width, heights.height, kLeastTexels));
+            throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; a height map needs {} a side", path,
+                                                      heights.width, heights.height, kLeastTexels));
         if (std::any_of(maps.begin(), maps.end(), [](const HeightMap& map) { return map.half; }))
-            context.monitor.warn(fmt::format("{}: '{}' is stored as half floats: slopes lose about 0.3 %, curvature 3 % and, with an offset, far more; save 32-bit floats",
-                                             table.where("file"), path));
+            context.monitor.warn(
+                fmt::format("{}: '{}' is stored as half floats: slopes lose about 0.3 %, curvature 3 % and, with an "
+                            "offset, far more; save 32-bit floats",
+                            table.where("file"), path));
 
         SplineFieldShape shape;
         shape.size = place.size, shape.center = place.center, shape.interpolation = loadInterpolation(table);
@@ -114,11 +136,14 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
         shape.boundary = shape.bounded ? GridBoundary::Free : GridBoundary::Periodic;
         const SampleGrid grid = samplesOf(heights, path, scale, level);
         if (!shape.bounded && seamRatio(grid) > 4)
-            context.monitor.warn(fmt::format("{}: '{}' does not join at its edges (steps {:.1f} times those inside); outside = \"periodic\" wants a map that repeats",
-                                             table.where("outside"), path, seamRatio(grid)));
+            context.monitor.warn(
+                fmt::format("{}: '{}' does not join at its edges (steps {:.1f} times those inside); outside = "
+                            "\"periodic\" wants a map that repeats",
+                            table.where("outside"), path, seamRatio(grid)));
         if (!displaced) return makeSplineField(shape, grid);
         // A displacement is a length as it is: `level` is of heights alone.
-        const auto field = makeSplineField(shape, grid, std::array{samplesOf(maps[1], path, scale, 0), samplesOf(maps[2], path, scale, 0)});
+        const auto field = makeSplineField(
+            shape, grid, std::array{samplesOf(maps[1], path, scale, 0), samplesOf(maps[2], path, scale, 0)});
         warnOfFolds(table, "file", *field, shape, grid.width, grid.height, context.monitor);
         return field;
     });

@@ -18,10 +18,13 @@ Light loadLight(const ConfigValue& value, std::size_t number) {
     light.name = table.text("name").value_or(fmt::format("light {}", number));
     const auto direction = table.vector3("direction", {});
     if (!direction) table.missing("direction", "[0.4, 0.2, -0.9]");
-    if (*direction == glm::dvec3(0)) table.fail("direction", "'direction' has no length; give the direction that the light travels in, for example [0, 0, -1]");
+    if (*direction == glm::dvec3(0))
+        table.fail("direction",
+                   "'direction' has no length; give the direction that the light travels in, for example [0, 0, -1]");
     light.direction = unitVector(*direction);
     light.irradiance = table.colour("irradiance", notNegative("W/m2")).value_or(glm::dvec3(1000));
-    if (light.irradiance == glm::dvec3(0)) table.fail("irradiance", "'irradiance' is 0; a light must shine in at least one channel");
+    if (light.irradiance == glm::dvec3(0))
+        table.fail("irradiance", "'irradiance' is 0; a light must shine in at least one channel");
     light.angular_diameter_deg = table.number("angular_diameter", between(0, 10, "degrees")).value_or(0.53);
     return light;
 }

@@ -8,10 +8,13 @@ namespace photic {
 Medium loadMedium(const ConfigValue& value, LoadContext& context) {
     if (value.kind == ConfigValue::Kind::Array && value.items.size() > 1)
         throw Error(ErrorCode::Input,
-                    fmt::format("{} media are given, but only the one below the surface is built; keep one [medium]", value.items.size()),
+                    fmt::format("{} media are given, but only the one below the surface is built; keep one [medium]",
+                                value.items.size()),
                     value.items[1].where);
-    const ConfigValue& only = value.kind == ConfigValue::Kind::Array && value.items.size() == 1 ? value.items[0] : value;
-    const TableReader table(only, "[medium]", {"absorption", "scattering", "extinction", "albedo", "anisotropy"}, {"index", "emission", "phase", "density"});
+    const ConfigValue& only =
+        value.kind == ConfigValue::Kind::Array && value.items.size() == 1 ? value.items[0] : value;
+    const TableReader table(only, "[medium]", {"absorption", "scattering", "extinction", "albedo", "anisotropy"},
+                            {"index", "emission", "phase", "density"});
 
     // Either the two coefficients, or their sum and the share that is scattered.
     for (const char* pair : {"absorption", "scattering"})
@@ -25,10 +28,13 @@ Medium loadMedium(const ConfigValue& value, LoadContext& context) {
         medium.absorption = *extinction - medium.scattering;
     }
     if (const auto g = table.number("anisotropy", {})) {
-        if (!(*g > -1 && *g < 1)) table.fail("anisotropy", fmt::format("'anisotropy' is {}; it must lie between -1 and 1, both excluded", *g));
+        if (!(*g > -1 && *g < 1))
+            table.fail("anisotropy",
+                       fmt::format("'anisotropy' is {}; it must lie between -1 and 1, both excluded", *g));
         medium.anisotropy = *g;
         if (medium.scattering == glm::dvec3(0))
-            context.monitor.warn(fmt::format("{}: 'anisotropy' has no effect without scattering", table.where("anisotropy")));
+            context.monitor.warn(
+                fmt::format("{}: 'anisotropy' has no effect without scattering", table.where("anisotropy")));
     }
     return medium;
 }

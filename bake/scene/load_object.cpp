@@ -15,7 +15,8 @@ Plane loadPlane(const ConfigValue& value) {
     const auto point = table.vector3("point", anyNumber("m"));
     if (!point) table.missing("point", "[0, 0, -1.5]");
     const glm::dvec3 normal = table.vector3("normal", {}).value_or(glm::dvec3(0, 0, 1));
-    if (normal == glm::dvec3(0)) table.fail("normal", "'normal' has no length; give a direction, for example [0, 0, 1]");
+    if (normal == glm::dvec3(0))
+        table.fail("normal", "'normal' has no length; give a direction, for example [0, 0, 1]");
     return {*point, unitVector(normal)};
 }
 
@@ -25,7 +26,9 @@ std::shared_ptr<const TriangleMesh> loadBox(const ConfigValue& value) {
     if (!min) table.missing("min", "[-1, -1, -1]");
     if (!max) table.missing("max", "[1, 1, 0]");
     for (int a = 0; a < 3; ++a)
-        if ((*min)[a] >= (*max)[a]) table.fail("max", fmt::format("max.{0} is {1}, min.{0} is {2}: the box is empty; max must be greater", "xyz"[a], (*max)[a], (*min)[a]));
+        if ((*min)[a] >= (*max)[a])
+            table.fail("max", fmt::format("max.{0} is {1}, min.{0} is {2}: the box is empty; max must be greater",
+                                          "xyz"[a], (*max)[a], (*min)[a]));
     return std::make_shared<TriangleMesh>(boxMesh(*min, *max));
 }
 
@@ -59,7 +62,9 @@ Object loadObject(const ConfigValue& value, std::size_t number, LoadContext& con
     } else if (const auto file = table.text("file")) {
         object.shape = loadMeshKeys(table, *file, context);
     } else {
-        table.fail("[[object]] has no shape; give plane = { point, normal }, file, box = { min, max } or sphere = { center, radius }");
+        table.fail(
+            "[[object]] has no shape; give plane = { point, normal }, file, box = { min, max } or sphere = { center, "
+            "radius }");
     }
     return object;
 }

@@ -15,12 +15,12 @@ namespace photic {
 
 /// What the loaders of all tables share.
 struct LoadContext {
-    std::string name;           ///< of the scene file
-    std::string directory;      ///< that relative files are looked up in
+    std::string name;       ///< of the scene file
+    std::string directory;  ///< that relative files are looked up in
     int frame = 0;
-    double frame_rate = 24;     ///< [1/s]
+    double frame_rate = 24;  ///< [1/s]
     Monitor& monitor;
-    bool animated = false;      ///< something depends on the frame's number other than through a file's name
+    bool animated = false;  ///< something depends on the frame's number other than through a file's name
     std::uint64_t hash = 0xcbf29ce484222325u;  ///< 64-bit FNV-1a of all bytes so far
 
     void hashBytes(std::string_view bytes) {
@@ -53,38 +53,43 @@ BakeSettings loadBake(const ConfigValue& table);
 
 /// A mesh file with its `up` and `smooth`.
 /// @param refuse_closed  a closed part is glass, which is not built yet
-std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file, LoadContext& context, bool refuse_closed = false);
+std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file,
+                                                 LoadContext& context, bool refuse_closed = false);
 
 /// [domain] as given: min == max when the box is to come from the scene's bounds.
 struct DomainRequest {
     Domain domain;
     bool has_box = false;
-    int resolution = 0;         ///< cells along the longest side; 0: voxel_size is given
+    int resolution = 0;  ///< cells along the longest side; 0: voxel_size is given
     std::string where;
 };
 DomainRequest loadDomain(const ConfigValue* table, const std::string& name);
-/// Gives the domain its box and voxel size from the scene's bounds where the file doesn't, and refuses impossible grids.
+/// Gives the domain its box and voxel size from the scene's bounds where the file doesn't, and refuses impossible
+/// grids.
 void finishDomain(const DomainRequest& request, Scene& scene);
 
 /// Where a height field lies, and what its own tables add.
 struct HeightFieldPlace {
-    glm::dvec2 size{0};         ///< [m]; 0: not given
-    glm::dvec3 center{0};       ///< [m]
+    glm::dvec2 size{0};    ///< [m]; 0: not given
+    glm::dvec3 center{0};  ///< [m]
     Outside outside = Outside::Flat;
     bool outside_given = false;
     double frame_rate = 24;
 };
 
 /// One source of heights each. They may change `place.outside` to what the source implies.
-std::shared_ptr<const HeightField> loadHeightMap(const TableReader& surface, const HeightFieldPlace& place, LoadContext& context);
+std::shared_ptr<const HeightField> loadHeightMap(const TableReader& surface, const HeightFieldPlace& place,
+                                                 LoadContext& context);
 std::shared_ptr<const HeightField> loadWaves(const TableReader& surface, HeightFieldPlace& place, LoadContext& context);
-std::shared_ptr<const HeightField> loadBump(const TableReader& surface, const HeightFieldPlace& place, LoadContext& context);
-std::shared_ptr<const HeightField> loadSea(const TableReader& surface, const HeightFieldPlace& place, LoadContext& context);
+std::shared_ptr<const HeightField> loadBump(const TableReader& surface, const HeightFieldPlace& place,
+                                            LoadContext& context);
+std::shared_ptr<const HeightField> loadSea(const TableReader& surface, const HeightFieldPlace& place,
+                                           LoadContext& context);
 
 /// "bicubic" unless `interpolation` says otherwise.
 Interpolation loadInterpolation(const TableReader& table);
 /// Warns when horizontal displacement folds the surface over itself.
-void warnOfFolds(const TableReader& table, const std::string& key, const HeightField& field, const SplineFieldShape& shape, int width, int height,
-                 Monitor& monitor);
+void warnOfFolds(const TableReader& table, const std::string& key, const HeightField& field,
+                 const SplineFieldShape& shape, int width, int height, Monitor& monitor);
 
 }  // namespace photic

@@ -15,8 +15,11 @@ namespace {
 const std::vector<std::string> kMeshKeys{"up", "smooth"};
 const std::vector<std::string> kFileKeys{"channel", "scale", "level", "displacement", "displacement_channels"};
 const std::vector<std::string> kSources{"file", "waves", "bump", "sea", "flat"};
-const std::vector<std::string> kHeightFieldKeys{"channel", "scale", "level", "displacement", "displacement_channels", "waves", "animate", "bump", "sea", "flat",
-                                                "height", "size", "center", "outside", "interpolation", "frame_rate"};
+const std::vector<std::string> kHeightFieldKeys{
+    "channel",   "scale",   "level",  "displacement", "displacement_channels",
+    "waves",     "animate", "bump",   "sea",          "flat",
+    "height",    "size",    "center", "outside",      "interpolation",
+    "frame_rate"};
 
 void refuse(const TableReader& table, const std::vector<std::string>& keys, const char* reason) {
     for (const std::string& key : keys)
@@ -59,7 +62,8 @@ void loadHeightField(const TableReader& table, const Domain* domain, Surface& su
     } else if (table.has("sea")) {
         surface.height_field = loadSea(table, place, context);
     } else if (flat) {
-        if (place.outside == Outside::None && place.size.x == 0) table.missing("size", "[4, 4] [m], where the surface ends");
+        if (place.outside == Outside::None && place.size.x == 0)
+            table.missing("size", "[4, 4] [m], where the surface ends");
         place.center.z += table.number("height", anyNumber("m")).value_or(0);
         surface.height_field = makeFlatField(place.center.z);
     } else {
@@ -75,14 +79,18 @@ void loadHeightField(const TableReader& table, const Domain* domain, Surface& su
 
 }  // namespace
 
-std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file, LoadContext& context, bool refuse_closed) {
+std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file,
+                                                 LoadContext& context, bool refuse_closed) {
     std::optional<UpAxis> up;
     if (const auto axis = table.choice("up", {"y", "z"})) up = static_cast<UpAxis>(*axis);
     const bool smooth = table.flag("smooth").value_or(true);
     return placed(table, "file", [&] {
-        TriangleMesh mesh = loadMesh(context.path(file), up, context.monitor, [&](std::string_view bytes) { context.hashBytes(bytes); });
+        TriangleMesh mesh = loadMesh(context.path(file), up, context.monitor,
+                                     [&](std::string_view bytes) { context.hashBytes(bytes); });
         if (refuse_closed && hasClosedPart(mesh))
-            table.fail("file", fmt::format("'{}' is closed: glass with an inside is not built yet; leave the mesh open, as water seen from above is, or set event = \"reflect\"", file));
+            table.fail("file", fmt::format("'{}' is closed: glass with an inside is not built yet; leave the mesh "
+                                           "open, as water seen from above is, or set event = \"reflect\"",
+                                           file));
         return std::make_shared<TriangleMesh>(smooth ? std::move(mesh) : withFacetNormals(mesh));
     });
 }
@@ -91,7 +99,8 @@ Surface loadSurface(const ConfigValue& value, std::size_t number, const Domain* 
     std::vector<std::string> known{"name", "kind", "file", "event", "ior_above", "ior_below"};
     known.insert(known.end(), kHeightFieldKeys.begin(), kHeightFieldKeys.end());
     known.insert(known.end(), kMeshKeys.begin(), kMeshKeys.end());
-    const TableReader table(value, "[[surface]]", known, {"dispersion", "abbe", "cauchy", "roughness", "index", "thickness"});
+    const TableReader table(value, "[[surface]]", known,
+                            {"dispersion", "abbe", "cauchy", "roughness", "index", "thickness"});
 
     Surface surface;
     surface.name = table.text("name").value_or(fmt::format("surface {}", number));

@@ -18,27 +18,39 @@ constexpr int kSchema = 1;
 
 void checkVersion(const ConfigValue& root, const std::string& name) {
     const ConfigValue* version = root.find("photic");
-    if (!version) throw Error(ErrorCode::Input, fmt::format("'photic = {}', the version of the schema, is missing; make it the first line", kSchema), name + ":1:1");
+    if (!version)
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("'photic = {}', the version of the schema, is missing; make it the first line", kSchema),
+            name + ":1:1");
     if (version->kind != ConfigValue::Kind::Integer || version->integer != kSchema)
-        throw Error(ErrorCode::Input, fmt::format("'photic' is {}; this program reads version {} of the schema", version->kind == ConfigValue::Kind::Integer ? std::to_string(version->integer) : version->kindName(), kSchema),
+        throw Error(ErrorCode::Input,
+                    fmt::format("'photic' is {}; this program reads version {} of the schema",
+                                version->kind == ConfigValue::Kind::Integer ? std::to_string(version->integer)
+                                                                            : version->kindName(),
+                                kSchema),
                     version->where);
 }
 
 /// Names tell things apart in messages and on the command line.
 void refuseTwins(const std::string& name, const std::string& where, std::map<std::string, std::string>& seen) {
     const auto [first, fresh] = seen.emplace(name, where);
-    if (!fresh) throw Error(ErrorCode::Input, fmt::format("the name '{}' is taken by {}; choose another", name, first->second), where);
+    if (!fresh)
+        throw Error(ErrorCode::Input, fmt::format("the name '{}' is taken by {}; choose another", name, first->second),
+                    where);
 }
 
 /// What single tables cannot see.
-void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& lights, const ConfigValue* medium, const ConfigValue* bake) {
+void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& lights, const ConfigValue* medium,
+                   const ConfigValue* bake) {
     const auto is_height_field = [](const Surface& s) { return s.height_field != nullptr; };
     const auto height_field = std::find_if(scene.surfaces.begin(), scene.surfaces.end(), is_height_field);
     for (std::size_t i = 0; i < scene.lights.size(); ++i)
         if (height_field != scene.surfaces.end() && scene.lights[i].direction.z >= 0) {
             const ConfigValue* direction = lights[i]->find("direction");
             throw Error(ErrorCode::Input,
-                        fmt::format("the light '{}' travels upwards or level (direction.z is {:.3g}), but the height field '{}' is lit from above; direction.z must be below 0",
+                        fmt::format("the light '{}' travels upwards or level (direction.z is {:.3g}), but the height "
+                                    "field '{}' is lit from above; direction.z must be below 0",
                                     scene.lights[i].name, scene.lights[i].direction.z, height_field->name),
                         direction->where);
         }
@@ -49,20 +61,27 @@ void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& li
             if (surface.event == SurfaceEvent::Reflect) continue;
             if (first && first->ior_below != surface.ior_below)
                 throw Error(ErrorCode::Input,
-                            fmt::format("the one [medium] lies below '{}' (ior_below {}) and below '{}' (ior_below {}); give both the same", first->name, first->ior_below,
-                                        surface.name, surface.ior_below),
+                            fmt::format("the one [medium] lies below '{}' (ior_below {}) and below '{}' (ior_below "
+                                        "{}); give both the same",
+                                        first->name, first->ior_below, surface.name, surface.ior_below),
                             surface.where);
             first = first ? first : &surface;
         }
         if (!first)
-            throw Error(ErrorCode::Input, "a [medium] is given, but every surface has event = \"reflect\" and lets no light into it; remove one or the other", medium->where);
+            throw Error(ErrorCode::Input,
+                        "a [medium] is given, but every surface has event = \"reflect\" and lets no light into it; "
+                        "remove one or the other",
+                        medium->where);
     }
 
     const auto where_place = [&] { return bake->find("where")->where; };
     if (scene.bake.where == Where::Media && !scene.medium.present())
-        throw Error(ErrorCode::Input, "where = \"media\" needs a [medium] with absorption or scattering", where_place());
-    if (scene.bake.where == Where::Receivers && std::none_of(scene.objects.begin(), scene.objects.end(), [](const Object& o) { return o.receives(); }))
-        throw Error(ErrorCode::Input, "where = \"receivers\" needs an [[object]] with role = \"receiver\" or \"movable\"", where_place());
+        throw Error(ErrorCode::Input, "where = \"media\" needs a [medium] with absorption or scattering",
+                    where_place());
+    if (scene.bake.where == Where::Receivers &&
+        std::none_of(scene.objects.begin(), scene.objects.end(), [](const Object& o) { return o.receives(); }))
+        throw Error(ErrorCode::Input,
+                    "where = \"receivers\" needs an [[object]] with role = \"receiver\" or \"movable\"", where_place());
 }
 
 }  // namespace
@@ -82,15 +101,19 @@ std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::st
     std::vector<const ConfigValue*> out;
     if (!value) return out;
     if (value->kind != ConfigValue::Kind::Array)
-        throw Error(ErrorCode::Input, fmt::format("'{0}' is {1}; write [[{0}]], with two brackets, for each", title, value->kindName()), value->where);
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{0}' is {1}; write [[{0}]], with two brackets, for each", title, value->kindName()),
+                    value->where);
     for (const ConfigValue& item : value->items) out.push_back(&item);
     return out;
 }
 
-Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame, Monitor& monitor) {
+Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
+                 Monitor& monitor) {
     const ConfigValue root = parseConfig(text, name);
     checkVersion(root, name);
-    const TableReader table(root, "the scene", {"photic", "frame_rate", "domain", "light", "surface", "medium", "object", "bake"},
+    const TableReader table(root, "the scene",
+                            {"photic", "frame_rate", "domain", "light", "surface", "medium", "object", "bake"},
                             {"index", "camera", "volume", "environment"});
 
     Scene scene;
@@ -118,8 +141,11 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (const ConfigValue* bake = table.find("bake")) scene.bake = loadBake(*bake);
     if (scene.medium.present()) scene.bake.grids.density = true;
 
-    if (scene.lights.empty()) throw Error(ErrorCode::Input, "the scene has no light; add [[light]] with type = \"sun\" and a direction", name);
-    if (scene.surfaces.empty()) throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
+    if (scene.lights.empty())
+        throw Error(ErrorCode::Input, "the scene has no light; add [[light]] with type = \"sun\" and a direction",
+                    name);
+    if (scene.surfaces.empty())
+        throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
 
@@ -131,7 +157,9 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
 Scene loadScene(const std::string& path, int frame, Monitor& monitor) {
     const std::filesystem::path file(path);
     if (file.extension() == ".glb" || file.extension() == ".gltf")
-        throw Error(ErrorCode::Input, fmt::format("'{}': bare glTF scenes are not built yet; write a scene file that names it as the mesh of a [[surface]] or [[object]]", path));
+        throw Error(ErrorCode::Input, fmt::format("'{}': bare glTF scenes are not built yet; write a scene file that "
+                                                  "names it as the mesh of a [[surface]] or [[object]]",
+                                                  path));
     monitor.progress("scene", 0);
     Scene scene = parseScene(readFileBytes(path), path, file.parent_path().string(), frame, monitor);
     monitor.progress("scene", 1);

@@ -32,7 +32,8 @@ std::vector<std::uint32_t> weldTargets(const std::vector<glm::dvec3>& positions)
     for (std::size_t i = 0; i < positions.size(); ++i) along[i] = glm::dot(axis, positions[i] - low);
     std::vector<std::uint32_t> order(positions.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return along[a] != along[b] ? along[a] < along[b] : a < b; });
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return along[a] != along[b] ? along[a] < along[b] : a < b; });
 
     std::vector<std::uint32_t> target(positions.size());
     std::iota(target.begin(), target.end(), 0u);
@@ -58,13 +59,15 @@ glm::dvec3 doubleArea(const std::vector<glm::dvec3>& p, const std::array<std::ui
 /// Area within rounding of 0, or two corners in one.
 bool degenerate(const std::vector<glm::dvec3>& p, const std::array<std::uint32_t, 3>& t) {
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return true;
-    const double longest = std::max({glm::length(p[t[1]] - p[t[0]]), glm::length(p[t[2]] - p[t[1]]), glm::length(p[t[0]] - p[t[2]])});
+    const double longest =
+        std::max({glm::length(p[t[1]] - p[t[0]]), glm::length(p[t[2]] - p[t[1]]), glm::length(p[t[0]] - p[t[2]])});
     return glm::length(doubleArea(p, t)) <= 1e-14 * longest * longest;
 }
 
 std::string extensionOf(const std::string& path) {
     std::string extension = std::filesystem::path(path).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
 }
 
@@ -74,7 +77,8 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
     for (std::size_t i = 0; i < raw.positions.size(); ++i) {
         const glm::dvec3& p = raw.positions[i];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-            throw Error(ErrorCode::Input, fmt::format("'{}': vertex {} is at ({}, {}, {}); positions must be finite", path, i, p.x, p.y, p.z));
+            throw Error(ErrorCode::Input, fmt::format("'{}': vertex {} is at ({}, {}, {}); positions must be finite",
+                                                      path, i, p.x, p.y, p.z));
     }
     if (raw.triangles.empty()) throw Error(ErrorCode::Input, fmt::format("'{}' has no triangles", path));
     if (up == UpAxis::Y) {
@@ -91,8 +95,11 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
         skipped += drop;
         return drop;
     });
-    if (raw.triangles.empty()) throw Error(ErrorCode::Input, fmt::format("'{}' has {} triangles, all without area", path, skipped));
-    if (skipped > 0) monitor.warn(fmt::format("'{}': {} triangles without area were skipped, {} kept", path, skipped, raw.triangles.size()));
+    if (raw.triangles.empty())
+        throw Error(ErrorCode::Input, fmt::format("'{}' has {} triangles, all without area", path, skipped));
+    if (skipped > 0)
+        monitor.warn(
+            fmt::format("'{}': {} triangles without area were skipped, {} kept", path, skipped, raw.triangles.size()));
 
     // Only vertices that a triangle uses live on, in their old order.
     TriangleMesh mesh;
@@ -104,7 +111,8 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
         renumbered[i] = static_cast<std::uint32_t>(mesh.positions.size());
         mesh.positions.push_back(raw.positions[i]);
     }
-    for (const auto& t : raw.triangles) mesh.triangles.push_back({renumbered[t[0]], renumbered[t[1]], renumbered[t[2]]});
+    for (const auto& t : raw.triangles)
+        mesh.triangles.push_back({renumbered[t[0]], renumbered[t[1]], renumbered[t[2]]});
 
     // The file's normals, summed over welded vertices; area-weighted ones where it has none or they cancel.
     std::vector<glm::dvec3> faces(mesh.positions.size(), glm::dvec3(0));
@@ -164,16 +172,20 @@ TriangleMesh loadMesh(const std::string& path, std::optional<UpAxis> up, Monitor
     const std::string extension = extensionOf(path);
     const bool gltf = extension == ".gltf" || extension == ".glb";
     if (!gltf && extension != ".obj" && extension != ".ply")
-        throw Error(ErrorCode::Input, fmt::format("'{}' is no mesh that can be read; .obj, .ply, .gltf and .glb can", path));
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' is no mesh that can be read; .obj, .ply, .gltf and .glb can", path));
     const std::string bytes = readFileBytes(path);
     use_bytes(bytes);
-    RawMesh raw = gltf ? readGltf(bytes, path, use_bytes) : extension == ".obj" ? readObj(bytes, path) : readPly(bytes, path);
+    RawMesh raw = gltf                  ? readGltf(bytes, path, use_bytes)
+                  : extension == ".obj" ? readObj(bytes, path)
+                                        : readPly(bytes, path);
     return buildMesh(std::move(raw), up.value_or(gltf ? UpAxis::Y : UpAxis::Z), path, monitor);
 }
 
 TriangleMesh boxMesh(const glm::dvec3& min, const glm::dvec3& max) {
     TriangleMesh welded;
-    for (int i = 0; i < 8; ++i) welded.positions.emplace_back(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
+    for (int i = 0; i < 8; ++i)
+        welded.positions.emplace_back(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
     welded.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                         {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
     return withFacetNormals(welded);

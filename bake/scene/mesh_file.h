@@ -30,11 +30,12 @@ RawMesh readObj(const std::string& bytes, const std::string& path);
 RawMesh readPly(const std::string& bytes, const std::string& path);
 /// glTF 2.0, `.gltf` or `.glb`: the triangles of all nodes of the default scene in its world; images are not loaded.
 /// External buffers are looked up beside `path`; `use_bytes` sees them.
-RawMesh readGltf(const std::string& bytes, const std::string& path, const std::function<void(std::string_view)>& use_bytes);
+RawMesh readGltf(const std::string& bytes, const std::string& path,
+                 const std::function<void(std::string_view)>& use_bytes);
 
 /// Turns to Z up ((x, y, z) -> (x, -z, y) from Y up), welds vertices nearer than 1e-9 of the extent, drops triangles
-/// without area (one counted warning) and unused vertices, and gives normals: the file's, averaged over welded vertices, or
-/// area-weighted ones.
+/// without area (one counted warning) and unused vertices, and gives normals: the file's, averaged over welded
+/// vertices, or area-weighted ones.
 /// @throws Error{Input} for positions that are not finite, with the vertex's number, and for meshes without area
 TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ: v, vn and f; everything else in the format is about looks and is passed over. Read here because messages
-// name the line that is wrong.
+// Wavefront OBJ: v, vn and f; everything else in the format is about looks and is passed over. Read here because
+// messages name the line that is wrong.
 #include <fmt/format.h>
 
 #include <charconv>
@@ -27,7 +27,9 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorCode::Input, fmt::format("'{}' line {}: {}", path_, line_, what)); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorCode::Input, fmt::format("'{}' line {}: {}", path_, line_, what));
+    }
 
     static std::string_view nextWord(std::string_view& rest) {
         const std::size_t from = std::min(rest.find_first_not_of(" \t\r"), rest.size());
@@ -57,7 +59,8 @@ private:
         const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
         if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' is no index", word));
         const long long limit = static_cast<long long>(count);
-        if (value == 0 || value > limit || value < -limit) fail(fmt::format("{} {} is out of range; {} are defined so far", what, value, count));
+        if (value == 0 || value > limit || value < -limit)
+            fail(fmt::format("{} {} is out of range; {} are defined so far", what, value, count));
         return static_cast<std::size_t>(value > 0 ? value - 1 : limit + value);
     }
 
@@ -65,8 +68,11 @@ private:
     std::uint32_t corner(std::string_view word) {
         const std::size_t slash = word.find('/'), second = slash == word.npos ? word.npos : word.find('/', slash + 1);
         const std::size_t v = index(word.substr(0, slash), positions_.size(), "vertex");
-        const std::size_t n = second == word.npos || second + 1 == word.size() ? 0 : index(word.substr(second + 1), normals_.size(), "normal") + 1;
-        const auto [place, fresh] = corners_.try_emplace(std::uint64_t(v) << 32 | n, static_cast<std::uint32_t>(mesh_.positions.size()));
+        const std::size_t n = second == word.npos || second + 1 == word.size()
+                                  ? 0
+                                  : index(word.substr(second + 1), normals_.size(), "normal") + 1;
+        const auto [place, fresh] =
+            corners_.try_emplace(std::uint64_t(v) << 32 | n, static_cast<std::uint32_t>(mesh_.positions.size()));
         if (fresh) {
             mesh_.positions.push_back(positions_[v]);
             mesh_.normals.push_back(n > 0 ? normals_[n - 1] : glm::dvec3(0));
@@ -82,9 +88,11 @@ private:
             normals_.push_back(vector(rest));
         } else if (key == "f") {
             std::vector<std::uint32_t> polygon;
-            for (std::string_view word = nextWord(rest); !word.empty(); word = nextWord(rest)) polygon.push_back(corner(word));
+            for (std::string_view word = nextWord(rest); !word.empty(); word = nextWord(rest))
+                polygon.push_back(corner(word));
             if (polygon.size() < 3) fail(fmt::format("a face has {} corners; at least 3 are needed", polygon.size()));
-            for (std::size_t i = 2; i < polygon.size(); ++i) mesh_.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
+            for (std::size_t i = 2; i < polygon.size(); ++i)
+                mesh_.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
         }
     }
 

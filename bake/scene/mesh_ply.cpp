@@ -55,7 +55,9 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const { throw Error(ErrorCode::Input, fmt::format("'{}': {}", path_, what)); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw Error(ErrorCode::Input, fmt::format("'{}': {}", path_, what));
+    }
 
     std::string_view headerLine() {
         const std::size_t end = rest_.find('\n');
@@ -68,7 +70,8 @@ private:
 
     static std::vector<std::string> words(std::string_view line) {
         std::vector<std::string> out;
-        for (std::size_t from = line.find_first_not_of(" \t"); from != line.npos; from = line.find_first_not_of(" \t", from)) {
+        for (std::size_t from = line.find_first_not_of(" \t"); from != line.npos;
+             from = line.find_first_not_of(" \t", from)) {
             const std::size_t to = std::min(line.find_first_of(" \t", from), line.size());
             out.emplace_back(line.substr(from, to - from));
             from = to;
@@ -106,9 +109,12 @@ private:
             }
         }
         for (const Element& element : elements_) {
-            if (element.properties.empty() && element.count > 0) fail(fmt::format("element '{}' has no properties", element.name));
+            if (element.properties.empty() && element.count > 0)
+                fail(fmt::format("element '{}' has no properties", element.name));
             // Every item takes a byte at least: a count beyond that is a damaged header, not a reason to allocate.
-            if (element.count > rest_.size()) fail(fmt::format("claims {} of '{}' in {} bytes; the file is truncated", element.count, element.name, rest_.size()));
+            if (element.count > rest_.size())
+                fail(fmt::format("claims {} of '{}' in {} bytes; the file is truncated", element.count, element.name,
+                                 rest_.size()));
         }
     }
 
@@ -131,18 +137,27 @@ private:
             if (word.front() == '+') word.remove_prefix(1);
             double value = 0;
             const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
-            if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' in {} {} is no number", word, element, item));
+            if (status != std::errc() || end != word.data() + word.size())
+                fail(fmt::format("'{}' in {} {} is no number", word, element, item));
             return value;
         }
         switch (type) {
-            case Scalar::Int8: return binary<std::int8_t>(element, item);
-            case Scalar::Uint8: return binary<std::uint8_t>(element, item);
-            case Scalar::Int16: return binary<std::int16_t>(element, item);
-            case Scalar::Uint16: return binary<std::uint16_t>(element, item);
-            case Scalar::Int32: return binary<std::int32_t>(element, item);
-            case Scalar::Uint32: return binary<std::uint32_t>(element, item);
-            case Scalar::Float: return binary<float>(element, item);
-            case Scalar::Double: return binary<double>(element, item);
+            case Scalar::Int8:
+                return binary<std::int8_t>(element, item);
+            case Scalar::Uint8:
+                return binary<std::uint8_t>(element, item);
+            case Scalar::Int16:
+                return binary<std::int16_t>(element, item);
+            case Scalar::Uint16:
+                return binary<std::uint16_t>(element, item);
+            case Scalar::Int32:
+                return binary<std::int32_t>(element, item);
+            case Scalar::Uint32:
+                return binary<std::uint32_t>(element, item);
+            case Scalar::Float:
+                return binary<float>(element, item);
+            case Scalar::Double:
+                return binary<double>(element, item);
         }
         return 0;
     }
@@ -156,7 +171,8 @@ private:
                 const double count = next(*property.list_count, element.name, item);
                 const bool corners = face && (property.name == "vertex_indices" || property.name == "vertex_index");
                 if (!(count >= 0) || count > static_cast<double>(rest_.size()))
-                    fail(fmt::format("{} {} claims a list of {}; the file is damaged or truncated", element.name, item, count));
+                    fail(fmt::format("{} {} claims a list of {}; the file is damaged or truncated", element.name, item,
+                                     count));
                 std::vector<double> list(static_cast<std::size_t>(count));
                 for (double& value : list) value = next(property.type, element.name, item);
                 if (corners) addFace(list, item);
@@ -181,10 +197,12 @@ private:
         std::vector<std::uint32_t> corners;
         for (const double index : list) {
             if (!(index >= 0 && index < static_cast<double>(mesh_.positions.size())))
-                fail(fmt::format("face {} uses vertex {}, which is out of range; the file has {}", item, index, mesh_.positions.size()));
+                fail(fmt::format("face {} uses vertex {}, which is out of range; the file has {}", item, index,
+                                 mesh_.positions.size()));
             corners.push_back(static_cast<std::uint32_t>(index));
         }
-        for (std::size_t i = 2; i < corners.size(); ++i) mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+        for (std::size_t i = 2; i < corners.size(); ++i)
+            mesh_.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }
 
     std::string_view rest_;

@@ -6,7 +6,8 @@
 namespace photic {
 
 bool Scene::coloured() const {
-    return medium.coloured() || std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.coloured(); });
+    return medium.coloured() ||
+           std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.coloured(); });
 }
 
 double Scene::referenceIrradiance() const {

@@ -11,10 +11,14 @@ namespace {
 
 class SplineField final : public HeightField {
 public:
-    SplineField(const SplineFieldShape& shape, const SampleGrid& heights, const std::optional<std::array<SampleGrid, 2>>& displacement)
-        : patch_(shape.bounded ? Patch::around(glm::dvec2(shape.center), shape.size, shape.center.z) : Patch::unbounded()),
-          center_z_(shape.center.z), corner_(glm::dvec2(shape.center) - 0.5 * shape.size),
-          samples_per_metre_(glm::dvec2(heights.width, heights.height) / shape.size), height_(heights, shape.boundary, shape.interpolation) {
+    SplineField(const SplineFieldShape& shape, const SampleGrid& heights,
+                const std::optional<std::array<SampleGrid, 2>>& displacement)
+        : patch_(shape.bounded ? Patch::around(glm::dvec2(shape.center), shape.size, shape.center.z)
+                               : Patch::unbounded()),
+          center_z_(shape.center.z),
+          corner_(glm::dvec2(shape.center) - 0.5 * shape.size),
+          samples_per_metre_(glm::dvec2(heights.width, heights.height) / shape.size),
+          height_(heights, shape.boundary, shape.interpolation) {
         if (displacement)
             for (const SampleGrid& grid : *displacement) moves_.emplace_back(grid, shape.boundary, shape.interpolation);
     }
@@ -43,8 +47,10 @@ public:
         const std::size_t first = range.first;
         std::vector<double> x(length);
         for (std::size_t i = 0; i < length; ++i) {
-            out.px[first + i] = start.x + step * static_cast<double>(first + i), out.py[first + i] = start.y, out.nz[first + i] = 1;
-            x[i] = (out.px[first + i] - corner_.x) * samples_per_metre_.x - 0.5 - static_cast<double>(line.first_column);
+            out.px[first + i] = start.x + step * static_cast<double>(first + i), out.py[first + i] = start.y,
+                           out.nz[first + i] = 1;
+            x[i] =
+                (out.px[first + i] - corner_.x) * samples_per_metre_.x - 0.5 - static_cast<double>(line.first_column);
         }
         std::vector<double> scratch(2 * line.columns);
         const auto evaluate = [&](const SplineGrid& grid, const SplineGrid::RowTarget& target) {
@@ -52,11 +58,12 @@ public:
             grid.evaluate(scratch.data(), scratch.data() + line.columns, line.columns, x.data(), length, target);
         };
         const glm::dvec2 scale = samples_per_metre_;
-        if (moves_.empty()) return evaluate(height_, {center_z_, -scale.x, -scale.y, &out.pz[first], &out.nx[first], &out.ny[first]});
+        if (moves_.empty())
+            return evaluate(height_, {center_z_, -scale.x, -scale.y, &out.pz[first], &out.nx[first], &out.ny[first]});
 
         std::vector<double> d(8 * length);
-        double *hu = &d[0], *hv = hu + length, *mx = hv + length, *xu = mx + length, *xv = xu + length, *my = xv + length, *yu = my + length,
-               *yv = yu + length;
+        double *hu = &d[0], *hv = hu + length, *mx = hv + length, *xu = mx + length, *xv = xu + length,
+               *my = xv + length, *yu = my + length, *yv = yu + length;
         evaluate(height_, {center_z_, scale.x, scale.y, &out.pz[first], hu, hv});
         evaluate(moves_[0], {0, scale.x, scale.y, mx, xu, xv});
         evaluate(moves_[1], {0, scale.x, scale.y, my, yu, yv});
@@ -68,16 +75,22 @@ public:
         }
     }
 
-    double minZ() const override { return center_z_ + (patch_.bounded() ? std::min(height_.min(), 0.0) : height_.min()); }
-    double maxZ() const override { return center_z_ + (patch_.bounded() ? std::max(height_.max(), 0.0) : height_.max()); }
+    double minZ() const override {
+        return center_z_ + (patch_.bounded() ? std::min(height_.min(), 0.0) : height_.min());
+    }
+    double maxZ() const override {
+        return center_z_ + (patch_.bounded() ? std::max(height_.max(), 0.0) : height_.max());
+    }
     double maxDisplacement() const override {
         double squared = 0;
-        for (const SplineGrid& grid : moves_) squared += std::pow(std::max(std::fabs(grid.min()), std::fabs(grid.max())), 2);
+        for (const SplineGrid& grid : moves_)
+            squared += std::pow(std::max(std::fabs(grid.min()), std::fabs(grid.max())), 2);
         return std::sqrt(squared);
     }
     double featureSize() const override {
         const bool flat = height_.min() == height_.max() && moves_.empty();
-        return flat ? std::numeric_limits<double>::infinity() : 1 / std::max(samples_per_metre_.x, samples_per_metre_.y);
+        return flat ? std::numeric_limits<double>::infinity()
+                    : 1 / std::max(samples_per_metre_.x, samples_per_metre_.y);
     }
 
 private:
@@ -90,14 +103,20 @@ private:
 
     Line lineOver(glm::dvec2 start, double step, RowRange range) const {
         if (range.first == range.last) return {};
-        const auto sample = [&](std::size_t i) { return (start.x + step * static_cast<double>(i) - corner_.x) * samples_per_metre_.x - 0.5; };
-        auto low = static_cast<std::int64_t>(std::floor(sample(range.first))), high = static_cast<std::int64_t>(std::floor(sample(range.last - 1)));
-        if (patch_.bounded()) low = std::max<std::int64_t>(low, -1), high = std::min<std::int64_t>(high, height_.width() - 1);
+        const auto sample = [&](std::size_t i) {
+            return (start.x + step * static_cast<double>(i) - corner_.x) * samples_per_metre_.x - 0.5;
+        };
+        auto low = static_cast<std::int64_t>(std::floor(sample(range.first))),
+             high = static_cast<std::int64_t>(std::floor(sample(range.last - 1)));
+        if (patch_.bounded())
+            low = std::max<std::int64_t>(low, -1), high = std::min<std::int64_t>(high, height_.width() - 1);
         return {(start.y - corner_.y) * samples_per_metre_.y - 0.5, low - 1, static_cast<std::size_t>(high - low + 4)};
     }
 
     /// (value, d/du, d/dv) with derivatives per metre.
-    glm::dvec3 perMetre(const SplineGrid::Value& v) const { return {v.value, v.dx * samples_per_metre_.x, v.dy * samples_per_metre_.y}; }
+    glm::dvec3 perMetre(const SplineGrid::Value& v) const {
+        return {v.value, v.dx * samples_per_metre_.x, v.dy * samples_per_metre_.y};
+    }
 
     Patch patch_;
     double center_z_;
@@ -116,9 +135,11 @@ std::shared_ptr<const HeightField> makeSplineField(const SplineFieldShape& shape
 double leastNormalZ(const HeightField& field, const SplineFieldShape& shape, int width, int height) {
     SurfaceRow row;
     double least = std::numeric_limits<double>::infinity();
-    const glm::dvec2 texel = shape.size / glm::dvec2(width, height), corner = glm::dvec2(shape.center) - 0.5 * shape.size;
+    const glm::dvec2 texel = shape.size / glm::dvec2(width, height),
+                     corner = glm::dvec2(shape.center) - 0.5 * shape.size;
     for (int y = 0; y < height; ++y) {
-        field.row({corner.x + 0.5 * texel.x, corner.y + (y + 0.5) * texel.y}, texel.x, static_cast<std::size_t>(width), row);
+        field.row({corner.x + 0.5 * texel.x, corner.y + (y + 0.5) * texel.y}, texel.x, static_cast<std::size_t>(width),
+                  row);
         least = std::min(least, *std::min_element(row.nz.begin(), row.nz.end()));
     }
     return least;

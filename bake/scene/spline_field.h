@@ -15,17 +15,19 @@ namespace photic {
 
 /// Where a sampled surface lies and how it goes on.
 struct SplineFieldShape {
-    glm::dvec2 size{1};        ///< [m] of the samples' rectangle: sample (i, j) is at its corner + (i + 1/2, j + 1/2) * size / count
-    glm::dvec3 center{0};      ///< [m] of that rectangle; heights count from center.z
+    glm::dvec2 size{
+        1};  ///< [m] of the samples' rectangle: sample (i, j) is at its corner + (i + 1/2, j + 1/2) * size / count
+    glm::dvec3 center{0};  ///< [m] of that rectangle; heights count from center.z
     GridBoundary boundary = GridBoundary::Free;
     Interpolation interpolation = Interpolation::Bicubic;
-    bool bounded = true;       ///< false (periodic samples only): the surface goes on; true: a plane at center.z beyond
+    bool bounded = true;  ///< false (periodic samples only): the surface goes on; true: a plane at center.z beyond
 };
 
 /// z = center.z + the spline through `heights` [m]; with `displacement`, the point also moves along x and y [m].
 /// row() costs about 5 ns per point, three times that with displacement.
-std::shared_ptr<const HeightField> makeSplineField(const SplineFieldShape& shape, const SampleGrid& heights,
-                                                   const std::optional<std::array<SampleGrid, 2>>& displacement = std::nullopt);
+std::shared_ptr<const HeightField> makeSplineField(
+    const SplineFieldShape& shape, const SampleGrid& heights,
+    const std::optional<std::array<SampleGrid, 2>>& displacement = std::nullopt);
 
 /// Least z of the normal over the samples of a displaced surface: (1 + dx/du)(1 + dy/dv) - (dx/dv)(dy/du).
 /// Below 0 the surface folds over itself.

@@ -58,7 +58,8 @@ private:
 /// Turns samples into B-spline coefficients along one axis: (c[k-1] + 4 c[k] + c[k+1]) / 6 = f[k].
 class Prefilter {
 public:
-    Prefilter(int count, GridBoundary boundary) : n_(static_cast<std::size_t>(count)), boundary_(boundary), system_(make(n_, boundary)) {
+    Prefilter(int count, GridBoundary boundary)
+        : n_(static_cast<std::size_t>(count)), boundary_(boundary), system_(make(n_, boundary)) {
         if (boundary != GridBoundary::Periodic) return;
         // Sherman and Morrison: the corners of the cyclic matrix are a rank-one correction.
         correction_.assign(n_, 0.0);
@@ -69,7 +70,8 @@ public:
     void apply(double* data, std::size_t stride, std::size_t lanes) const {
         double *front = data, *back = data + (n_ - 1) * stride;
         if (boundary_ == GridBoundary::Free) {
-            // A quadratic continuation, c[-1] = 3 c[0] - 3 c[1] + c[2], turns the first equation into c[0] - c[1] = f[0] - f[1].
+            // A quadratic continuation, c[-1] = 3 c[0] - 3 c[1] + c[2], turns the first equation into c[0] - c[1] =
+            // f[0] - f[1].
             for (std::size_t l = 0; l < lanes; ++l) front[l] -= front[stride + l];
             const double* before_back = back - stride;
             for (std::size_t l = 0; l < lanes; ++l) back[l] -= before_back[l];
@@ -96,8 +98,12 @@ private:
                 diagonal.front() = 1, upper.front() = -1;
                 diagonal.back() = 1, lower.back() = -1;
                 break;
-            case GridBoundary::Mirror: diagonal.front() = diagonal.back() = 5; break;
-            case GridBoundary::Periodic: diagonal.front() -= kGamma, diagonal.back() -= 1 / kGamma; break;
+            case GridBoundary::Mirror:
+                diagonal.front() = diagonal.back() = 5;
+                break;
+            case GridBoundary::Periodic:
+                diagonal.front() -= kGamma, diagonal.back() -= 1 / kGamma;
+                break;
         }
         return {std::move(lower), diagonal, upper};
     }
@@ -113,8 +119,12 @@ void pad(double* line, std::ptrdiff_t stride, std::ptrdiff_t n, GridBoundary bou
     const auto c = [&](std::ptrdiff_t k) -> double& { return line[k * stride]; };
     for (const std::ptrdiff_t k : {1, 2}) {
         switch (boundary) {
-            case GridBoundary::Periodic: c(-k) = c(n - k), c(n - 1 + k) = c(k - 1); break;
-            case GridBoundary::Mirror: c(-k) = c(k - 1), c(n - 1 + k) = c(n - k); break;
+            case GridBoundary::Periodic:
+                c(-k) = c(n - k), c(n - 1 + k) = c(k - 1);
+                break;
+            case GridBoundary::Mirror:
+                c(-k) = c(k - 1), c(n - 1 + k) = c(n - k);
+                break;
             case GridBoundary::Free:
                 if (interpolation == Interpolation::Bilinear) {
                     c(-k) = 2 * c(1 - k) - c(2 - k), c(n - 1 + k) = 2 * c(n - 2 + k) - c(n - 3 + k);
@@ -128,8 +138,8 @@ void pad(double* line, std::ptrdiff_t stride, std::ptrdiff_t n, GridBoundary bou
 }
 
 PHOTIC_VECTOR_CLONES
-void combineRows(const double* r0, const double* r1, const double* r2, const double* r3, const double* w, const double* d, std::size_t count,
-                 double* __restrict value, double* __restrict dy) {
+void combineRows(const double* r0, const double* r1, const double* r2, const double* r3, const double* w,
+                 const double* d, std::size_t count, double* __restrict value, double* __restrict dy) {
     const double w0 = w[0], w1 = w[1], w2 = w[2], w3 = w[3], d0 = d[0], d1 = d[1], d2 = d[2], d3 = d[3];
     for (std::size_t i = 0; i < count; ++i) {
         value[i] = w0 * r0[i] + w1 * r1[i] + w2 * r2[i] + w3 * r3[i];
@@ -138,8 +148,10 @@ void combineRows(const double* r0, const double* r1, const double* r2, const dou
 }
 
 template <Weights (*weights)(double)>
-inline __attribute__((always_inline)) void evaluateLoop(const double* line_value, const double* line_dy, const double* x, std::size_t count,
-                                                        std::int32_t last_cell, double offset, double scale_x, double scale_y, double* __restrict value, double* __restrict dx,
+inline __attribute__((always_inline)) void evaluateLoop(const double* line_value, const double* line_dy,
+                                                        const double* x, std::size_t count, std::int32_t last_cell,
+                                                        double offset, double scale_x, double scale_y,
+                                                        double* __restrict value, double* __restrict dx,
                                                         double* __restrict dy) {
     for (std::size_t i = 0; i < count; ++i) {
         const auto truncated = static_cast<std::int32_t>(x[i]);  // x >= 1: truncation is floor
@@ -152,13 +164,15 @@ inline __attribute__((always_inline)) void evaluateLoop(const double* line_value
     }
 }
 
-void evaluateCubic(const double* line_value, const double* line_dy, const double* x, std::size_t count, std::int32_t last_cell, double offset, double scale_x,
-                   double scale_y, double* __restrict value, double* __restrict dx, double* __restrict dy) {
+void evaluateCubic(const double* line_value, const double* line_dy, const double* x, std::size_t count,
+                   std::int32_t last_cell, double offset, double scale_x, double scale_y, double* __restrict value,
+                   double* __restrict dx, double* __restrict dy) {
     evaluateLoop<cubicWeights>(line_value, line_dy, x, count, last_cell, offset, scale_x, scale_y, value, dx, dy);
 }
 
-void evaluateLinear(const double* line_value, const double* line_dy, const double* x, std::size_t count, std::int32_t last_cell, double offset, double scale_x,
-                    double scale_y, double* __restrict value, double* __restrict dx, double* __restrict dy) {
+void evaluateLinear(const double* line_value, const double* line_dy, const double* x, std::size_t count,
+                    std::int32_t last_cell, double offset, double scale_x, double scale_y, double* __restrict value,
+                    double* __restrict dx, double* __restrict dy) {
     evaluateLoop<linearWeights>(line_value, line_dy, x, count, last_cell, offset, scale_x, scale_y, value, dx, dy);
 }
 
@@ -170,18 +184,25 @@ std::int64_t wrap(std::int64_t i, std::int64_t n) {
 }  // namespace
 
 SplineGrid::SplineGrid(const SampleGrid& samples, GridBoundary boundary, Interpolation interpolation)
-    : width_(samples.width), height_(samples.height), pitch_(static_cast<std::size_t>(samples.width) + 2 * kPad), boundary_(boundary),
-      interpolation_(interpolation), coefficients_(pitch_ * (static_cast<std::size_t>(samples.height) + 2 * kPad)) {
+    : width_(samples.width),
+      height_(samples.height),
+      pitch_(static_cast<std::size_t>(samples.width) + 2 * kPad),
+      boundary_(boundary),
+      interpolation_(interpolation),
+      coefficients_(pitch_ * (static_cast<std::size_t>(samples.height) + 2 * kPad)) {
     double* origin = &coefficients_[kPad * pitch_ + kPad];
     const auto width = static_cast<std::size_t>(width_);
-    for (int y = 0; y < height_; ++y) std::copy_n(&samples.values[static_cast<std::size_t>(y) * width], width, origin + static_cast<std::size_t>(y) * pitch_);
+    for (int y = 0; y < height_; ++y)
+        std::copy_n(&samples.values[static_cast<std::size_t>(y) * width], width,
+                    origin + static_cast<std::size_t>(y) * pitch_);
 
     if (interpolation == Interpolation::Bicubic) {
         const Prefilter along_x(width_, boundary), along_y(height_, boundary);
         for (int y = 0; y < height_; ++y) along_x.apply(origin + static_cast<std::size_t>(y) * pitch_, 1, 1);
         along_y.apply(origin, pitch_, width);
     }
-    for (int y = 0; y < height_; ++y) pad(origin + static_cast<std::size_t>(y) * pitch_, 1, width_, boundary, interpolation);
+    for (int y = 0; y < height_; ++y)
+        pad(origin + static_cast<std::size_t>(y) * pitch_, 1, width_, boundary, interpolation);
     for (std::size_t x = 0; x < pitch_; ++x)
         pad(origin - kPad + x, static_cast<std::ptrdiff_t>(pitch_), height_, boundary, interpolation);
     const auto [low, high] = std::minmax_element(coefficients_.begin(), coefficients_.end());
@@ -215,7 +236,8 @@ void SplineGrid::collapse(double y, std::int64_t first, std::size_t count, doubl
     const Weights k = interpolation_ == Interpolation::Bicubic ? cubicWeights(y - fy) : linearWeights(y - fy);
     const double* rows[4] = {row(j - 1), row(j), row(j + 1), row(j + 2)};
     const auto combine = [&](std::int64_t column, std::size_t from, std::size_t length) {
-        combineRows(rows[0] + column, rows[1] + column, rows[2] + column, rows[3] + column, k.w, k.d, length, value + from, dy + from);
+        combineRows(rows[0] + column, rows[1] + column, rows[2] + column, rows[3] + column, k.w, k.d, length,
+                    value + from, dy + from);
     };
     if (boundary_ != GridBoundary::Periodic) return combine(first, 0, count);
     for (std::size_t done = 0; done < count;) {
@@ -226,10 +248,11 @@ void SplineGrid::collapse(double y, std::int64_t first, std::size_t count, doubl
     }
 }
 
-void SplineGrid::evaluate(const double* line_value, const double* line_dy, std::size_t columns, const double* x, std::size_t count,
-                          const RowTarget& out) const {
+void SplineGrid::evaluate(const double* line_value, const double* line_dy, std::size_t columns, const double* x,
+                          std::size_t count, const RowTarget& out) const {
     const auto kernel = interpolation_ == Interpolation::Bicubic ? evaluateCubic : evaluateLinear;
-    kernel(line_value, line_dy, x, count, static_cast<std::int32_t>(columns) - 3, out.offset, out.scale_x, out.scale_y, out.value, out.dx, out.dy);
+    kernel(line_value, line_dy, x, count, static_cast<std::int32_t>(columns) - 3, out.offset, out.scale_x, out.scale_y,
+           out.value, out.dx, out.dy);
 }
 
 }  // namespace photic

@@ -10,8 +10,12 @@ namespace photic {
 struct SampleGrid {
     int width = 0, height = 0;
     std::vector<double> values;
-    double& at(int x, int y) { return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
-    double at(int x, int y) const { return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]; }
+    double& at(int x, int y) {
+        return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    }
+    double at(int x, int y) const {
+        return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+    }
 };
 
 enum class Interpolation {
@@ -29,8 +33,8 @@ enum class GridBoundary {
 /// A tensor-product B-spline that interpolates a grid; coordinates in samples, sample (i, j) at (i, j).
 /// Valid on [-1/2, width - 1/2] x [-1/2, height - 1/2]; everywhere when periodic.
 ///
-/// Prefiltered coefficients (M. Unser, "Splines: a perfect fit for signal and image processing", 1999), found by tridiagonal
-/// solves so that every boundary is exact.
+/// Prefiltered coefficients (M. Unser, "Splines: a perfect fit for signal and image processing", 1999), found by
+/// tridiagonal solves so that every boundary is exact.
 class SplineGrid {
 public:
     /// @param samples  finite, at least 4 a side
@@ -44,18 +48,18 @@ public:
     };
     Value at(double x, double y) const;
 
-    /// The spline along y = const as one-dimensional coefficients for columns [first, first + count): of its value and of
-    /// its derivative along y. Column c weighs on x in (c - 2, c + 2).
+    /// The spline along y = const as one-dimensional coefficients for columns [first, first + count): of its value and
+    /// of its derivative along y. Column c weighs on x in (c - 2, c + 2).
     void collapse(double y, std::int64_t first, std::size_t count, double* value, double* dy) const;
 
-    /// Values and derivatives from `columns` collapsed columns at x[i] in [1, columns - 2), counted from the first column:
-    /// out_value = offset + value, out_dx = dx * scale_x, out_dy = dy * scale_y.
+    /// Values and derivatives from `columns` collapsed columns at x[i] in [1, columns - 2), counted from the first
+    /// column: out_value = offset + value, out_dx = dx * scale_x, out_dy = dy * scale_y.
     struct RowTarget {
         double offset, scale_x, scale_y;
         double *value, *dx, *dy;
     };
-    void evaluate(const double* line_value, const double* line_dy, std::size_t columns, const double* x, std::size_t count,
-                  const RowTarget& out) const;
+    void evaluate(const double* line_value, const double* line_dy, std::size_t columns, const double* x,
+                  std::size_t count, const RowTarget& out) const;
 
     /// Bounds of the spline (of its coefficients, which enclose it).
     double min() const { return min_; }
@@ -63,7 +67,9 @@ public:
 
 private:
     static constexpr int kPad = 2;
-    const double* row(std::int64_t y) const { return &coefficients_[static_cast<std::size_t>(y + kPad) * pitch_ + kPad]; }
+    const double* row(std::int64_t y) const {
+        return &coefficients_[static_cast<std::size_t>(y + kPad) * pitch_ + kPad];
+    }
 
     int width_, height_;
     std::size_t pitch_;

@@ -16,7 +16,9 @@
 namespace photic {
 namespace {
 
-bool contains(const std::vector<std::string>& names, const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); }
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
 
 std::string didYouMean(const std::string& given, const std::vector<std::string>& known) {
     const std::string near = nearestName(given, known);
@@ -27,7 +29,8 @@ std::string inWords(const Bounds& b) {
     const std::string unit = *b.unit ? std::string(" ") + b.unit : std::string();
     if (std::isfinite(b.min) && std::isfinite(b.max)) return fmt::format("it must be {} to {}{}", b.min, b.max, unit);
     if (std::isfinite(b.max)) return fmt::format("it must be at most {}{}", b.max, unit);
-    return b.open_min ? fmt::format("it must be greater than {}{}", b.min, unit) : fmt::format("it must be at least {}{}", b.min, unit);
+    return b.open_min ? fmt::format("it must be greater than {}{}", b.min, unit)
+                      : fmt::format("it must be at least {}{}", b.min, unit);
 }
 
 }  // namespace
@@ -54,12 +57,15 @@ std::string nearestName(const std::string& given, const std::vector<std::string>
     return best;
 }
 
-TableReader::TableReader(const ConfigValue& table, std::string title, std::vector<std::string> known, const std::vector<std::string>& not_built)
+TableReader::TableReader(const ConfigValue& table, std::string title, std::vector<std::string> known,
+                         const std::vector<std::string>& not_built)
     : table_(table), title_(std::move(title)) {
-    if (table.kind != ConfigValue::Kind::Table) failAt(table.where, fmt::format("{} is {}; it must be a table", title_, table.kindName()));
+    if (table.kind != ConfigValue::Kind::Table)
+        failAt(table.where, fmt::format("{} is {}; it must be a table", title_, table.kindName()));
     for (const auto& [key, value] : table.entries) {
         if (contains(known, key)) continue;
-        if (contains(not_built, key)) failAt(value.where, fmt::format("'{}' in {} is not built yet; remove it", key, title_));
+        if (contains(not_built, key))
+            failAt(value.where, fmt::format("'{}' in {} is not built yet; remove it", key, title_));
         failAt(value.where, fmt::format("unknown key '{}' in {}; {}", key, title_, didYouMean(key, known)));
     }
 }
@@ -69,15 +75,21 @@ const std::string& TableReader::where(const std::string& key) const {
     return value ? value->where : table_.where;
 }
 
-void TableReader::failAt(const std::string& where, const std::string& message) const { throw Error(ErrorCode::Input, message, where); }
+void TableReader::failAt(const std::string& where, const std::string& message) const {
+    throw Error(ErrorCode::Input, message, where);
+}
 
-void TableReader::missing(const std::string& key, const std::string& example) const { fail(fmt::format("{} needs '{}', for example {}", title_, key, example)); }
+void TableReader::missing(const std::string& key, const std::string& example) const {
+    fail(fmt::format("{} needs '{}', for example {}", title_, key, example));
+}
 
 void TableReader::exclusive(const std::vector<std::string>& keys) const {
     std::vector<std::string> given;
     for (const std::string& key : keys)
         if (has(key)) given.push_back(key);
-    if (given.size() > 1) fail(given[1], fmt::format("{} has both '{}' and '{}', which contradict; keep one", title_, given[0], given[1]));
+    if (given.size() > 1)
+        fail(given[1],
+             fmt::format("{} has both '{}' and '{}', which contradict; keep one", title_, given[0], given[1]));
 }
 
 double TableReader::checkedNumber(const ConfigValue& value, const std::string& key, const Bounds& b) const {
@@ -85,13 +97,17 @@ double TableReader::checkedNumber(const ConfigValue& value, const std::string& k
         failAt(value.where, fmt::format("'{}' is {}; it must be a number", key, value.kindName()));
     const double v = value.number;
     if (!std::isfinite(v)) failAt(value.where, fmt::format("'{}' is {}; it must be finite", key, v));
-    if (v < b.min || v > b.max || (b.open_min && v == b.min)) failAt(value.where, fmt::format("'{}' is {}; {}", key, v, inWords(b)));
+    if (v < b.min || v > b.max || (b.open_min && v == b.min))
+        failAt(value.where, fmt::format("'{}' is {}; {}", key, v, inWords(b)));
     return v;
 }
 
-void TableReader::numbers(const ConfigValue& value, const std::string& key, const Bounds& bounds, std::size_t count, double* out) const {
-    if (value.kind != ConfigValue::Kind::Array) failAt(value.where, fmt::format("'{}' is {}; it must be an array of {} numbers", key, value.kindName(), count));
-    if (value.items.size() != count) failAt(value.where, fmt::format("'{}' has {} numbers; it must have {}", key, value.items.size(), count));
+void TableReader::numbers(const ConfigValue& value, const std::string& key, const Bounds& bounds, std::size_t count,
+                          double* out) const {
+    if (value.kind != ConfigValue::Kind::Array)
+        failAt(value.where, fmt::format("'{}' is {}; it must be an array of {} numbers", key, value.kindName(), count));
+    if (value.items.size() != count)
+        failAt(value.where, fmt::format("'{}' has {} numbers; it must have {}", key, value.items.size(), count));
     for (std::size_t i = 0; i < count; ++i) out[i] = checkedNumber(value.items[i], key, bounds);
 }
 
@@ -104,30 +120,36 @@ std::optional<double> TableReader::number(const std::string& key, const Bounds& 
 std::optional<std::int64_t> TableReader::integer(const std::string& key, std::int64_t min, std::int64_t max) const {
     const ConfigValue* value = find(key);
     if (!value) return std::nullopt;
-    if (value->kind != ConfigValue::Kind::Integer) fail(key, fmt::format("'{}' is {}; it must be an integer", key, value->kindName()));
-    if (value->integer < min || value->integer > max) fail(key, fmt::format("'{}' is {}; it must be {} to {}", key, value->integer, min, max));
+    if (value->kind != ConfigValue::Kind::Integer)
+        fail(key, fmt::format("'{}' is {}; it must be an integer", key, value->kindName()));
+    if (value->integer < min || value->integer > max)
+        fail(key, fmt::format("'{}' is {}; it must be {} to {}", key, value->integer, min, max));
     return value->integer;
 }
 
 std::optional<bool> TableReader::flag(const std::string& key) const {
     const ConfigValue* value = find(key);
     if (!value) return std::nullopt;
-    if (value->kind != ConfigValue::Kind::Boolean) fail(key, fmt::format("'{}' is {}; it must be true or false", key, value->kindName()));
+    if (value->kind != ConfigValue::Kind::Boolean)
+        fail(key, fmt::format("'{}' is {}; it must be true or false", key, value->kindName()));
     return value->boolean;
 }
 
 std::optional<std::string> TableReader::text(const std::string& key) const {
     const ConfigValue* value = find(key);
     if (!value) return std::nullopt;
-    if (value->kind != ConfigValue::Kind::String) fail(key, fmt::format("'{}' is {}; it must be a string", key, value->kindName()));
+    if (value->kind != ConfigValue::Kind::String)
+        fail(key, fmt::format("'{}' is {}; it must be a string", key, value->kindName()));
     if (value->string.empty()) fail(key, fmt::format("'{}' is empty", key));
     return value->string;
 }
 
-std::optional<std::size_t> TableReader::choice(const std::string& key, const std::vector<std::string>& choices, const std::vector<std::string>& not_built) const {
+std::optional<std::size_t> TableReader::choice(const std::string& key, const std::vector<std::string>& choices,
+                                               const std::vector<std::string>& not_built) const {
     const std::optional<std::string> name = text(key);
     if (!name) return std::nullopt;
-    if (contains(not_built, *name)) fail(key, fmt::format("{} = \"{}\" is not built yet; use {}", key, *name, fmt::join(choices, ", ")));
+    if (contains(not_built, *name))
+        fail(key, fmt::format("{} = \"{}\" is not built yet; use {}", key, *name, fmt::join(choices, ", ")));
     const auto found = std::find(choices.begin(), choices.end(), *name);
     if (found == choices.end()) fail(key, fmt::format("unknown {} \"{}\"; {}", key, *name, didYouMean(*name, choices)));
     return static_cast<std::size_t>(found - choices.begin());
@@ -136,10 +158,12 @@ std::optional<std::size_t> TableReader::choice(const std::string& key, const std
 std::optional<std::vector<std::string>> TableReader::texts(const std::string& key) const {
     const ConfigValue* value = find(key);
     if (!value) return std::nullopt;
-    if (value->kind != ConfigValue::Kind::Array) fail(key, fmt::format("'{}' is {}; it must be an array of strings", key, value->kindName()));
+    if (value->kind != ConfigValue::Kind::Array)
+        fail(key, fmt::format("'{}' is {}; it must be an array of strings", key, value->kindName()));
     std::vector<std::string> out;
     for (const ConfigValue& item : value->items) {
-        if (item.kind != ConfigValue::Kind::String) failAt(item.where, fmt::format("'{}' contains {}; it must be an array of strings", key, item.kindName()));
+        if (item.kind != ConfigValue::Kind::String)
+            failAt(item.where, fmt::format("'{}' contains {}; it must be an array of strings", key, item.kindName()));
         out.push_back(item.string);
     }
     return out;

@@ -23,16 +23,19 @@ struct Bounds {
 inline Bounds positive(const char* unit) { return {0, std::numeric_limits<double>::infinity(), true, unit}; }
 inline Bounds notNegative(const char* unit) { return {0, std::numeric_limits<double>::infinity(), false, unit}; }
 inline Bounds between(double min, double max, const char* unit = "") { return {min, max, false, unit}; }
-inline Bounds anyNumber(const char* unit) { return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, unit}; }
+inline Bounds anyNumber(const char* unit) {
+    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, unit};
+}
 
-/// Typed access to one table. The constructor refuses keys that it does not know; every getter refuses a wrong type, a value
-/// that is not finite and one out of bounds, each with the key's place, the value, the limit and what would do.
+/// Typed access to one table. The constructor refuses keys that it does not know; every getter refuses a wrong type, a
+/// value that is not finite and one out of bounds, each with the key's place, the value, the limit and what would do.
 class TableReader {
 public:
     /// @param title      of the table in messages: "[domain]", "[[light]]"
     /// @param known      all keys of the schema
     /// @param not_built  keys of the schema that are refused by name
-    TableReader(const ConfigValue& table, std::string title, std::vector<std::string> known, const std::vector<std::string>& not_built = {});
+    TableReader(const ConfigValue& table, std::string title, std::vector<std::string> known,
+                const std::vector<std::string>& not_built = {});
 
     const std::string& where() const { return table_.where; }
     /// Place of a key, or of the table when absent.
@@ -45,7 +48,8 @@ public:
     std::optional<bool> flag(const std::string& key) const;
     std::optional<std::string> text(const std::string& key) const;
     /// Index of a string among `choices`; names in `not_built` are refused as such.
-    std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& choices, const std::vector<std::string>& not_built = {}) const;
+    std::optional<std::size_t> choice(const std::string& key, const std::vector<std::string>& choices,
+                                      const std::vector<std::string>& not_built = {}) const;
     std::optional<std::vector<std::string>> texts(const std::string& key) const;
     std::optional<glm::dvec2> vector2(const std::string& key, const Bounds& bounds) const;
     std::optional<glm::dvec3> vector3(const std::string& key, const Bounds& bounds) const;
@@ -65,7 +69,8 @@ public:
 private:
     [[noreturn]] void failAt(const std::string& where, const std::string& message) const;
     double checkedNumber(const ConfigValue& value, const std::string& key, const Bounds& bounds) const;
-    void numbers(const ConfigValue& value, const std::string& key, const Bounds& bounds, std::size_t count, double* out) const;
+    void numbers(const ConfigValue& value, const std::string& key, const Bounds& bounds, std::size_t count,
+                 double* out) const;
 
     const ConfigValue& table_;
     std::string title_;

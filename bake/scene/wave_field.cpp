@@ -42,7 +42,8 @@ struct RotationTable {
     explicit RotationTable(double angle) {
         cosine[0] = 1, sine[0] = 0;
         for (std::size_t span = 1; span < kBlock; span *= 2) {
-            const double c = std::cos(angle * static_cast<double>(span)), s = std::sin(angle * static_cast<double>(span));
+            const double c = std::cos(angle * static_cast<double>(span)),
+                         s = std::sin(angle * static_cast<double>(span));
             for (std::size_t j = 0; j < span; ++j) {
                 cosine[span + j] = cosine[j] * c - sine[j] * s;
                 sine[span + j] = sine[j] * c + cosine[j] * s;
@@ -54,8 +55,8 @@ struct RotationTable {
 /// Adds one harmonic over a block by the addition theorem: no chain from point to point, so the lanes are free.
 /// z += a sin(base + j angle); nx -= kx a cos(...), ny -= ky a cos(...).
 PHOTIC_VECTOR_CLONES
-void addHarmonic(const double* table_cos, const double* table_sin, double a_sin, double a_cos, double kx, double ky, std::size_t count,
-                 double* __restrict z, double* __restrict nx, double* __restrict ny) {
+void addHarmonic(const double* table_cos, const double* table_sin, double a_sin, double a_cos, double kx, double ky,
+                 std::size_t count, double* __restrict z, double* __restrict nx, double* __restrict ny) {
     for (std::size_t j = 0; j < count; ++j) {
         const double s = a_sin * table_cos[j] + a_cos * table_sin[j];
         const double c = a_cos * table_cos[j] - a_sin * table_sin[j];
@@ -107,8 +108,9 @@ public:
             // Each block starts from an exact sine: errors do not add up along the row.
             for (std::size_t i = range.first; i < range.last; i += kBlock) {
                 const double base = wave.k.x * (out.px[i] - center_.x) + wave.k.y * (start.y - center_.y) + wave.phase;
-                addHarmonic(table.cosine.data(), table.sine.data(), wave.amplitude * std::sin(base), wave.amplitude * std::cos(base), wave.k.x,
-                            wave.k.y, std::min(kBlock, range.last - i), &out.pz[i], &out.nx[i], &out.ny[i]);
+                addHarmonic(table.cosine.data(), table.sine.data(), wave.amplitude * std::sin(base),
+                            wave.amplitude * std::cos(base), wave.k.x, wave.k.y, std::min(kBlock, range.last - i),
+                            &out.pz[i], &out.nx[i], &out.ny[i]);
             }
         }
     }
@@ -133,7 +135,8 @@ private:
 
 std::shared_ptr<const HeightField> makeFlatField(double z) { return std::make_shared<FlatField>(z); }
 
-std::shared_ptr<const HeightField> makeWaveField(std::vector<Wave> waves, const glm::dvec3& center, const Patch& patch) {
+std::shared_ptr<const HeightField> makeWaveField(std::vector<Wave> waves, const glm::dvec3& center,
+                                                 const Patch& patch) {
     return std::make_shared<WaveField>(std::move(waves), center, patch);
 }
 

@@ -13,10 +13,10 @@ namespace photic {
 
 /// One harmonic of a height field.
 struct Wave {
-    double amplitude = 0;            ///< [m]
-    double wavelength = 1;           ///< [m]
-    glm::dvec2 direction{1, 0};      ///< unit, along which the phase grows
-    double phase = 0;                ///< [rad] at the surface's centre
+    double amplitude = 0;        ///< [m]
+    double wavelength = 1;       ///< [m]
+    glm::dvec2 direction{1, 0};  ///< unit, along which the phase grows
+    double phase = 0;            ///< [rad] at the surface's centre
 };
 
 /// The plane z = `z` [m].

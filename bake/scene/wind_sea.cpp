@@ -25,16 +25,19 @@ double phaseOf(std::uint64_t seed, int p, int q) {
         z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
         return z ^ (z >> 31);
     };
-    const std::uint64_t bits = mix(mix(mix(seed) ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(p))) ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(q)));
+    const std::uint64_t bits = mix(mix(mix(seed) ^ static_cast<std::uint64_t>(static_cast<std::int64_t>(p))) ^
+                                   static_cast<std::uint64_t>(static_cast<std::int64_t>(q)));
     return 2 * kPi * static_cast<double>(bits >> 11) * 0x1p-53;
 }
 
 /// The energy spectrum over wave vectors [m4]: S(omega) D(angle) (d omega / dk) / k.
 class VectorSpectrum {
 public:
-    explicit VectorSpectrum(const WindSea& sea) : sea_(sea), axis_(glm::normalize(sea.direction)), k_most_(2 * kPi / sea.shortest_wavelength) {
+    explicit VectorSpectrum(const WindSea& sea)
+        : sea_(sea), axis_(glm::normalize(sea.direction)), k_most_(2 * kPi / sea.shortest_wavelength) {
         // Integral of cos^2s(angle / 2) over the circle is 2 sqrt(pi) Gamma(s + 1/2) / Gamma(s + 1).
-        normalisation_ = std::exp(std::lgamma(sea.spreading + 1) - std::lgamma(sea.spreading + 0.5)) / (2 * std::sqrt(kPi));
+        normalisation_ =
+            std::exp(std::lgamma(sea.spreading + 1) - std::lgamma(sea.spreading + 0.5)) / (2 * std::sqrt(kPi));
     }
 
     double at(glm::dvec2 k) const {
@@ -65,17 +68,22 @@ private:
 /// Complex amplitudes of exp(i (kx x + ky y)) for p >= 0 and |q| <= most_q: the real part of their sum is the surface.
 struct Harmonics {
     int most_p = 0, most_q = 0;
-    std::vector<Complex> amplitude;  // [p * (2 most_q + 1) + q + most_q]
+    std::vector<double> re, im;  // [(q + most_q) * (most_p + 1) + p]
     double variance = 0;
-    std::size_t index(int p, int q) const { return static_cast<std::size_t>(p) * static_cast<std::size_t>(2 * most_q + 1) + static_cast<std::size_t>(q + most_q); }
+    std::size_t columns() const { return static_cast<std::size_t>(most_p + 1); }
+    std::size_t index(int p, int q) const {
+        return static_cast<std::size_t>(q + most_q) * columns() + static_cast<std::size_t>(p);
+    }
+    void resize() { re.assign(index(0, most_q + 1), 0.0), im = re; }
 };
 
 Harmonics makeHarmonics(const WindSea& sea, glm::dvec2 size, double time) {
     const VectorSpectrum spectrum(sea);
     const glm::dvec2 cell = 2 * kPi / size;
     Harmonics out;
-    out.most_p = static_cast<int>(size.x / sea.shortest_wavelength), out.most_q = static_cast<int>(size.y / sea.shortest_wavelength);
-    out.amplitude.resize(static_cast<std::size_t>(out.most_p + 1) * static_cast<std::size_t>(2 * out.most_q + 1));
+    out.most_p = static_cast<int>(size.x / sea.shortest_wavelength),
+    out.most_q = static_cast<int>(size.y / sea.shortest_wavelength);
+    out.resize();
     for (int p = -out.most_p; p <= out.most_p; ++p)
         for (int q = -out.most_q; q <= out.most_q; ++q) {
             const glm::dvec2 k = cell * glm::dvec2(p, q);
@@ -86,13 +94,12 @@ Harmonics makeHarmonics(const WindSea& sea, glm::dvec2 size, double time) {
             double omega = std::sqrt(sea.gravity * glm::length(k));
             if (sea.period > 0) omega = std::round(omega * sea.period / (2 * kPi)) * 2 * kPi / sea.period;
             const double argument = phaseOf(sea.seed, p, q) - omega * time;
-            const Complex a = std::sqrt(2 * energy) * Complex(std::cos(argument), std::sin(argument));
+            const double amplitude = std::sqrt(2 * energy);
             out.variance += energy;
             // cos(k . x + f) = cos(-k . x - f): waves with p < 0 join their mirror's place.
-            if (p >= 0)
-                out.amplitude[out.index(p, q)] += a;
-            else
-                out.amplitude[out.index(-p, -q)] += std::conj(a);
+            const std::size_t at = p >= 0 ? out.index(p, q) : out.index(-p, -q);
+            out.re[at] += amplitude * std::cos(argument);
+            out.im[at] += (p >= 0 ? amplitude : -amplitude) * std::sin(argument);
         }
     return out;
 }
@@ -102,56 +109,76 @@ struct PhaseTable {
     std::vector<double> cosine, sine;
     PhaseTable(int most, int count) {
         std::vector<Complex> turn(static_cast<std::size_t>(2 * count));
-        for (int t = 0; t < 2 * count; ++t) turn[static_cast<std::size_t>(t)] = {std::cos(kPi * t / count), std::sin(kPi * t / count)};
+        for (int t = 0; t < 2 * count; ++t)
+            turn[static_cast<std::size_t>(t)] = {std::cos(kPi * t / count), std::sin(kPi * t / count)};
         for (int p = 0; p <= most; ++p)
             for (int i = 0; i < count; ++i) {
                 std::int64_t t = std::int64_t(p) * (2 * i + 1 - count) % (2 * count);
                 if (t < 0) t += 2 * count;
-                cosine.push_back(turn[static_cast<std::size_t>(t)].real()), sine.push_back(turn[static_cast<std::size_t>(t)].imag());
+                cosine.push_back(turn[static_cast<std::size_t>(t)].real()),
+                    sine.push_back(turn[static_cast<std::size_t>(t)].imag());
             }
     }
 };
 
 PHOTIC_VECTOR_CLONES
-void addWave(const double* cosine, const double* sine, double re, double im, std::size_t count, double* __restrict out) {
+void addWave(const double* cosine, const double* sine, double re, double im, std::size_t count,
+             double* __restrict out) {
     for (std::size_t i = 0; i < count; ++i) out[i] += re * cosine[i] - im * sine[i];
 }
 
-/// The real part of the sum of factor(p, q) * amplitude * exp(i k . x) on the grid. Sums over q, then over p: the waves
-/// are a few per sample, so that two products of matrices cost little more than a Fourier transform, and need none.
-template <typename Factor>
-SampleGrid synthesise(const Harmonics& harmonics, int width, int height, const PhaseTable& table_x, const PhaseTable& table_y, const Factor& factor) {
-    std::vector<Complex> scaled(harmonics.amplitude.size());
-    for (int p = 0; p <= harmonics.most_p; ++p)
-        for (int q = -harmonics.most_q; q <= harmonics.most_q; ++q)
-            scaled[harmonics.index(p, q)] = harmonics.amplitude[harmonics.index(p, q)] * factor(p, q);
+/// (sum_re, sum_im) += (re, im) * (c + i s)
+PHOTIC_VECTOR_CLONES
+void addTurned(const double* re, const double* im, double c, double s, std::size_t count, double* __restrict sum_re,
+               double* __restrict sum_im) {
+    for (std::size_t i = 0; i < count; ++i) {
+        sum_re[i] += re[i] * c - im[i] * s;
+        sum_im[i] += re[i] * s + im[i] * c;
+    }
+}
 
-    SampleGrid grid{width, height, std::vector<double>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
+/// The real part of the sum of amplitude * exp(i k . x) on the grid. Sums over q, then over p: the waves are a few per
+/// sample, so that two products of matrices cost little more than a Fourier transform, and need none.
+SampleGrid synthesise(const Harmonics& harmonics, int width, int height, const PhaseTable& table_x,
+                      const PhaseTable& table_y) {
+    SampleGrid grid{width, height,
+                    std::vector<double>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height))};
+    const auto samples = static_cast<std::size_t>(width), rows = static_cast<std::size_t>(height);
     parallelFor(height, [&](std::int64_t j) {
-        double* out = &grid.values[static_cast<std::size_t>(j) * static_cast<std::size_t>(width)];
-        std::vector<Complex> turn(static_cast<std::size_t>(2 * harmonics.most_q + 1));
+        const auto row = static_cast<std::size_t>(j);
+        std::vector<double> re(harmonics.columns(), 0.0), im = re;
         for (int q = -harmonics.most_q; q <= harmonics.most_q; ++q) {
-            const std::size_t at = static_cast<std::size_t>(std::abs(q)) * static_cast<std::size_t>(height) + static_cast<std::size_t>(j);
-            turn[static_cast<std::size_t>(q + harmonics.most_q)] = {table_y.cosine[at], q < 0 ? -table_y.sine[at] : table_y.sine[at]};
+            const std::size_t turn = static_cast<std::size_t>(std::abs(q)) * rows + row, from = harmonics.index(0, q);
+            const double s = q < 0 ? -table_y.sine[turn] : table_y.sine[turn];
+            addTurned(&harmonics.re[from], &harmonics.im[from], table_y.cosine[turn], s, re.size(), re.data(),
+                      im.data());
         }
-        for (int p = 0; p <= harmonics.most_p; ++p) {
-            double re = 0, im = 0;
-            const Complex* a = &scaled[harmonics.index(p, -harmonics.most_q)];
-            for (std::size_t q = 0; q < turn.size(); ++q) {
-                re += a[q].real() * turn[q].real() - a[q].imag() * turn[q].imag();
-                im += a[q].real() * turn[q].imag() + a[q].imag() * turn[q].real();
-            }
-            if (re == 0 && im == 0) continue;
-            const std::size_t row = static_cast<std::size_t>(p) * static_cast<std::size_t>(width);
-            addWave(&table_x.cosine[row], &table_x.sine[row], re, im, static_cast<std::size_t>(width), out);
-        }
+        double* out = &grid.values[row * samples];
+        for (std::size_t p = 0; p < re.size(); ++p)
+            addWave(&table_x.cosine[p * samples], &table_x.sine[p * samples], re[p], im[p], samples, out);
     });
     return grid;
 }
 
+/// The harmonics of the displacement along an axis, where water under a crest moves towards it: -choppiness k/|k| a
+/// sin(...) beside a cos(...) (J. Tessendorf, "Simulating Ocean Water", 2001), a turn by i.
+Harmonics displaced(const Harmonics& heights, glm::dvec2 size, double choppiness, int axis) {
+    Harmonics out = heights;
+    for (int p = 0; p <= heights.most_p; ++p)
+        for (int q = -heights.most_q; q <= heights.most_q; ++q) {
+            const glm::dvec2 k = glm::dvec2(p, q) / size;
+            const double length = glm::length(k), factor = length == 0 ? 0 : choppiness * k[axis] / length;
+            const std::size_t at = heights.index(p, q);
+            out.re[at] = -factor * heights.im[at], out.im[at] = factor * heights.re[at];
+        }
+    return out;
+}
+
 }  // namespace
 
-double peakFrequency(const WindSea& sea) { return 22 * std::cbrt(sea.gravity * sea.gravity / (sea.wind_speed * sea.fetch)); }
+double peakFrequency(const WindSea& sea) {
+    return 22 * std::cbrt(sea.gravity * sea.gravity / (sea.wind_speed * sea.fetch));
+}
 
 double jonswap(const WindSea& sea, double omega) {
     if (omega <= 0) return 0;
@@ -159,7 +186,8 @@ double jonswap(const WindSea& sea, double omega) {
     const double alpha = 0.076 * std::pow(sea.wind_speed * sea.wind_speed / (sea.fetch * g), 0.22);
     const double width = omega <= peak ? 0.07 : 0.09, offset = (omega - peak) / (width * peak);
     const double ratio = peak / omega, ratio2 = ratio * ratio;
-    return alpha * g * g / std::pow(omega, 5) * std::exp(-1.25 * ratio2 * ratio2) * std::pow(sea.peak_enhancement, std::exp(-0.5 * offset * offset));
+    return alpha * g * g / std::pow(omega, 5) * std::exp(-1.25 * ratio2 * ratio2) *
+           std::pow(sea.peak_enhancement, std::exp(-0.5 * offset * offset));
 }
 
 double significantHeight(const WindSea& sea) {
@@ -175,15 +203,11 @@ SeaSamples seaSamples(const WindSea& sea, glm::dvec2 size, int width, int height
     const PhaseTable table_x(harmonics.most_p, width), table_y(harmonics.most_q, height);
     SeaSamples out;
     out.variance = harmonics.variance;
-    out.heights = synthesise(harmonics, width, height, table_x, table_y, [](int, int) { return 1.0; });
+    out.heights = synthesise(harmonics, width, height, table_x, table_y);
     if (sea.choppiness == 0) return out;
-    // Water under a crest moves towards it: -choppiness k/|k| a sin(...) beside a cos(...) (Tessendorf, "Simulating Ocean Water").
     for (int axis = 0; axis < 2; ++axis)
-        out.displacement.push_back(synthesise(harmonics, width, height, table_x, table_y, [&](int p, int q) {
-            const glm::dvec2 k = glm::dvec2(p, q) / size;
-            const double length = glm::length(k);
-            return length == 0 ? Complex(0) : Complex(0, sea.choppiness * k[axis] / length);
-        }));
+        out.displacement.push_back(
+            synthesise(displaced(harmonics, size, sea.choppiness, axis), width, height, table_x, table_y));
     return out;
 }
 

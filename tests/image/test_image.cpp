@@ -39,7 +39,9 @@ protected:
     std::size_t fileCount() const {
         return static_cast<std::size_t>(std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
     }
-    void write(const std::string& name, const std::string& bytes) const { std::ofstream(path(name), std::ios::binary) << bytes; }
+    void write(const std::string& name, const std::string& bytes) const {
+        std::ofstream(path(name), std::ios::binary) << bytes;
+    }
 
     fs::path directory_;
 };
@@ -52,7 +54,8 @@ void expectError(ErrorCode code, const std::vector<std::string>& words, const Bo
         ADD_FAILURE() << "nothing was thrown";
     } catch (const Error& error) {
         EXPECT_EQ(error.code(), code) << error.what();
-        for (const std::string& word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
+        for (const std::string& word : words)
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
     }
 }
 
@@ -165,16 +168,19 @@ TEST_F(ImageTest, Png16ReadsGrey) {
             for (int k = 0; k < 8; ++k) crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
         }
         const auto big_endian = [](std::uint32_t v) {
-            return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)};
+            return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
+                               static_cast<char>(v)};
         };
         return big_endian(static_cast<std::uint32_t>(data.size())) + type + data + big_endian(~crc);
     };
     const std::string row("\0\x80\x00\xff\xff", 5);
     std::uint32_t a = 1, b = 0;
     for (const char c : row) a = (a + static_cast<unsigned char>(c)) % 65521, b = (b + a) % 65521;
-    const std::string adler{static_cast<char>(b >> 8), static_cast<char>(b), static_cast<char>(a >> 8), static_cast<char>(a)};
-    const std::string png = std::string("\x89PNG\r\n\x1a\n") + chunk("IHDR", std::string("\0\0\0\x02\0\0\0\x01\x10\0\0\0\0", 13)) +
-                            chunk("IDAT", std::string("\x78\x01\x01\x05\x00\xfa\xff", 7) + row + adler) + chunk("IEND", "");
+    const std::string adler{static_cast<char>(b >> 8), static_cast<char>(b), static_cast<char>(a >> 8),
+                            static_cast<char>(a)};
+    const std::string png =
+        std::string("\x89PNG\r\n\x1a\n") + chunk("IHDR", std::string("\0\0\0\x02\0\0\0\x01\x10\0\0\0\0", 13)) +
+        chunk("IDAT", std::string("\x78\x01\x01\x05\x00\xfa\xff", 7) + row + adler) + chunk("IEND", "");
     write("g.png", png);
     const HeightMap map = readPng16(path("g.png"));
     ASSERT_EQ(map.values.size(), 2u);

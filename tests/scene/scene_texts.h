@@ -40,9 +40,13 @@ protected:
     }
     void TearDown() override { std::filesystem::remove_all(directory_); }
     std::string path(const std::string& name) const { return (directory_ / name).string(); }
-    void write(const std::string& name, const std::string& bytes) const { std::ofstream(path(name), std::ios::binary) << bytes; }
+    void write(const std::string& name, const std::string& bytes) const {
+        std::ofstream(path(name), std::ios::binary) << bytes;
+    }
 
-    Scene load(const std::string& text, int frame = 0) { return parseScene(text, "s.toml", directory_.string(), frame, warnings_); }
+    Scene load(const std::string& text, int frame = 0) {
+        return parseScene(text, "s.toml", directory_.string(), frame, warnings_);
+    }
     Scene load(const SceneText& text, int frame = 0) { return load(text.all(), frame); }
 
     /// Expects an input error at `where` (a place, or its beginning) whose message has all `words`.
@@ -53,10 +57,14 @@ protected:
         } catch (const Error& error) {
             EXPECT_EQ(error.code(), ErrorCode::Input);
             EXPECT_EQ(error.where().substr(0, where.size()), where) << error.what();
-            for (const std::string& word : words) EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << "'" << word << "' in: " << error.what();
+            for (const std::string& word : words)
+                EXPECT_NE(std::string(error.what()).find(word), std::string::npos)
+                    << "'" << word << "' in: " << error.what();
         }
     }
-    void refused(const SceneText& text, const std::string& where, const std::vector<std::string>& words) { refused(text.all(), where, words); }
+    void refused(const SceneText& text, const std::string& where, const std::vector<std::string>& words) {
+        refused(text.all(), where, words);
+    }
     /// The same for a [[surface]] whose keys are `keys`, one a line; the first is on line 10.
     void refusedSurface(const std::string& keys, const std::string& where, const std::vector<std::string>& words) {
         SceneText text;

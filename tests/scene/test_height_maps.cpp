@@ -16,7 +16,8 @@ using test::SceneTest;
 class HeightMaps : public SceneTest {
 protected:
     template <typename F>
-    void map(const std::string& name, int width, int height, int channels, const F& f, ChannelDepth depth = ChannelDepth::Float) {
+    void map(const std::string& name, int width, int height, int channels, const F& f,
+             ChannelDepth depth = ChannelDepth::Float) {
         Image image{width, height, channels, {}};
         image.pixels.resize(static_cast<std::size_t>(width * height * channels));
         for (int y = 0; y < height; ++y)
@@ -24,7 +25,9 @@ protected:
                 for (int c = 0; c < channels; ++c) image.at(x, y, c) = static_cast<float>(f(x, y, c));
         writeExr(path(name), image, depth);
     }
-    std::shared_ptr<const HeightField> field(const std::string& keys) { return loadSurfaceKeys(keys).surfaces[0].height_field; }
+    std::shared_ptr<const HeightField> field(const std::string& keys) {
+        return loadSurfaceKeys(keys).surfaces[0].height_field;
+    }
 };
 
 TEST_F(HeightMaps, TopRowIsPlusYAndTexelsAreCentred) {
@@ -33,8 +36,8 @@ TEST_F(HeightMaps, TopRowIsPlusYAndTexelsAreCentred) {
     // Texel (3, 0) of the top row: x = 10 - 2 + 3.5 * 0.5, y = 20 + 1 - 0.5 * 0.5.
     EXPECT_NEAR(h->at({9.75, 20.75}).position.z, 1 + 0.5 * (3 - 2), 1e-12);
     EXPECT_NEAR(h->at({8.25, 19.25}).position.z, 1 + 0.5 * (300 - 2), 1e-11);
-    EXPECT_NEAR(h->at({9, 20}).normal.x, -0.5 * 2, 1e-11);          // one per texel of 0.5 m, by 0.5 m
-    EXPECT_NEAR(h->at({9, 20}).normal.y, 0.5 * 100 * 2, 1e-10);     // rows grow downwards
+    EXPECT_NEAR(h->at({9, 20}).normal.x, -0.5 * 2, 1e-11);       // one per texel of 0.5 m, by 0.5 m
+    EXPECT_NEAR(h->at({9, 20}).normal.y, 0.5 * 100 * 2, 1e-10);  // rows grow downwards
     EXPECT_EQ(h->at({12.1, 20}).position.z, 1);
     EXPECT_DOUBLE_EQ(h->featureSize(), 0.5);
 }
@@ -55,7 +58,8 @@ TEST_F(HeightMaps, PeriodicMapsGoOn) {
     map("h.exr", 16, 16, 1, [](int x, int, int) { return x; });
     field("file = \"h.exr\"\nsize = [2, 2]\noutside = \"periodic\"");
     ASSERT_EQ(warnings_.messages.size(), 1u);
-    EXPECT_NE(warnings_.messages[0].find("does not join at its edges (steps 15.0 times"), std::string::npos) << warnings_.messages[0];
+    EXPECT_NE(warnings_.messages[0].find("does not join at its edges (steps 15.0 times"), std::string::npos)
+        << warnings_.messages[0];
 }
 
 TEST_F(HeightMaps, DisplacementAsBlendersOceanWritesIt) {
@@ -65,7 +69,8 @@ TEST_F(HeightMaps, DisplacementAsBlendersOceanWritesIt) {
     const SurfacePoint p = h->at({0.5, 0.5});
     EXPECT_NEAR(glm::length(p.position - glm::dvec3(0.7, 0.1, 0.08)), 0, 1e-6);
     EXPECT_NEAR(h->maxDisplacement(), std::hypot(0.2, 0.4), 1e-6);
-    const auto swapped = field("file = \"o.exr\"\nsize = [8, 8]\nchannel = \"R\"\ndisplacement_channels = [\"B\", \"G\"]");
+    const auto swapped =
+        field("file = \"o.exr\"\nsize = [8, 8]\nchannel = \"R\"\ndisplacement_channels = [\"B\", \"G\"]");
     EXPECT_NEAR(swapped->at({0.5, 0.5}).position.x, 0.3, 1e-6);
     EXPECT_NEAR(swapped->at({0.5, 0.5}).position.z, 0.1, 1e-6);
     map("fold.exr", 8, 8, 3, [](int x, int, int c) { return c == 0 ? (x % 2 ? 2.0 : -2.0) : 0.0; });
@@ -75,7 +80,8 @@ TEST_F(HeightMaps, DisplacementAsBlendersOceanWritesIt) {
 }
 
 TEST_F(HeightMaps, SequencesFollowTheFrame) {
-    for (const int frame : {7, 12345}) map(frame == 7 ? "w.0007.exr" : "w.12345.exr", 4, 4, 1, [&](int, int, int) { return frame; });
+    for (const int frame : {7, 12345})
+        map(frame == 7 ? "w.0007.exr" : "w.12345.exr", 4, 4, 1, [&](int, int, int) { return frame; });
     const std::string keys = "file = \"w.####.exr\"\nsize = [1, 1]";
     EXPECT_NEAR(loadSurfaceKeys(keys, 7).surfaces[0].height_field->at({0, 0}).position.z, 7, 1e-12);
     EXPECT_NEAR(loadSurfaceKeys(keys, 12345).surfaces[0].height_field->at({0, 0}).position.z, 12345, 1e-9);
@@ -84,16 +90,21 @@ TEST_F(HeightMaps, SequencesFollowTheFrame) {
 }
 
 TEST_F(HeightMaps, BadValuesAreNamedByPixel) {
-    map("h.exr", 8, 6, 1, [](int x, int y, int) { return (x == 5 && y == 3) || y == 5 ? std::numeric_limits<double>::quiet_NaN() : 0.0; });
-    refusedSurface("file = \"h.exr\"\nsize = [1, 1]", "s.toml:10:1", {"h.exr", "is nan at pixel (5, 3), counted from the top left; 9 of 48 pixels"});
-    map("h.exr", 8, 6, 1, [](int x, int y, int) { return x == 0 && y == 5 ? std::numeric_limits<double>::infinity() : 0.0; });
+    map("h.exr", 8, 6, 1, [](int x, int y, int) {
+        return (x == 5 && y == 3) || y == 5 ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+    });
+    refusedSurface("file = \"h.exr\"\nsize = [1, 1]", "s.toml:10:1",
+                   {"h.exr", "is nan at pixel (5, 3), counted from the top left; 9 of 48 pixels"});
+    map("h.exr", 8, 6, 1,
+        [](int x, int y, int) { return x == 0 && y == 5 ? std::numeric_limits<double>::infinity() : 0.0; });
     refusedSurface("file = \"h.exr\"\nsize = [1, 1]", "s.toml:10:1", {"is inf at pixel (0, 5)"});
     map("h.exr", 3, 9, 1, [](int, int, int) { return 0; });
     refusedSurface("file = \"h.exr\"\nsize = [1, 1]", "s.toml:10:1", {"3 x 9 pixels", "needs 4 a side"});
 }
 
 TEST_F(HeightMaps, HalfFloatsAreWarnedAbout) {
-    map("h.exr", 8, 8, 1, [](int x, int, int) { return 0.1 * x; }, ChannelDepth::Half);
+    map(
+        "h.exr", 8, 8, 1, [](int x, int, int) { return 0.1 * x; }, ChannelDepth::Half);
     field("file = \"h.exr\"\nsize = [1, 1]");
     ASSERT_EQ(warnings_.messages.size(), 1u);
     EXPECT_NE(warnings_.messages[0].find("half floats"), std::string::npos);

@@ -96,7 +96,8 @@ random = false
     EXPECT_EQ(water.ior_above, 1.1);
     EXPECT_EQ(water.ior_below, 1.4);
     EXPECT_EQ(water.size, glm::dvec2(4, 3));
-    const double z = -0.125 + 0.1 * std::sin(std::numbers::pi * 0.5 + 0.5) + 0.05 * std::sin(2 * std::numbers::pi * 0.5);
+    const double z =
+        -0.125 + 0.1 * std::sin(std::numbers::pi * 0.5 + 0.5) + 0.05 * std::sin(2 * std::numbers::pi * 0.5);
     EXPECT_NEAR(water.height_field->at({0.9, 0.75}).position.z, z, 1e-14);
     EXPECT_EQ(water.height_field->at({0.9, 1.8}).position.z, -0.125);
 
@@ -191,7 +192,8 @@ TEST_F(SceneTest, SurfacesWithoutSizeCoverTheDomain) {
 
 TEST_F(SceneTest, WavesMoveOnlyWhenAsked) {
     const std::string still = "size = [4, 4]\nwaves = [{ amplitude = 0.1, wavelength = 2 }]";
-    EXPECT_EQ(loadSurfaceKeys(still, 0).surfaces[0].height_field->at({0.3, 0}).position.z, loadSurfaceKeys(still, 9).surfaces[0].height_field->at({0.3, 0}).position.z);
+    EXPECT_EQ(loadSurfaceKeys(still, 0).surfaces[0].height_field->at({0.3, 0}).position.z,
+              loadSurfaceKeys(still, 9).surfaces[0].height_field->at({0.3, 0}).position.z);
     EXPECT_EQ(loadSurfaceKeys(still, 0).hash, loadSurfaceKeys(still, 9).hash);
 
     // 0.5 m/s along +x: after 24 frames of 1/24 s the pattern is 0.5 m further.

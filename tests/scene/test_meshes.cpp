@@ -79,8 +79,8 @@ TEST_F(Meshes, BadObjFilesAreRefusedByLine) {
 
 std::string plyHeader(const std::string& format, int vertices, int faces) {
     return "ply\nformat " + format + " 1.0\ncomment made by hand\nelement vertex " + std::to_string(vertices) +
-           "\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face " + std::to_string(faces) +
-           "\nproperty list uchar int vertex_indices\nproperty short flags\nend_header\n";
+           "\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face " +
+           std::to_string(faces) + "\nproperty list uchar int vertex_indices\nproperty short flags\nend_header\n";
 }
 
 std::string binarySquare() {
@@ -136,13 +136,17 @@ std::string gltfTriangle(const std::string& node, const std::string& extra = "",
     }
     base64.back() = '=';
     return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-"nodes": [{"name": "up", "children": [1], "translation": [0, 2, 0]}, {"name": "leaf", "mesh": 0)" + node + R"(}],
+"nodes": [{"name": "up", "children": [1], "translation": [0, 2, 0]}, {"name": "leaf", "mesh": 0)" +
+           node + R"(}],
 "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
 "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], "textures": [{"source": 0}],
-"images": [{"uri": "not_there.png"}],)" + extra + R"(
-"buffers": [{"byteLength": 44, "uri": "data:application/octet-stream;base64,)" + base64 + R"("}],
+"images": [{"uri": "not_there.png"}],)" +
+           extra + R"(
+"buffers": [{"byteLength": 44, "uri": "data:application/octet-stream;base64,)" +
+           base64 + R"("}],
 "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8}],
-"accessors": [{"bufferView": 0, "componentType": 5126, "count": )" + std::to_string(count) + R"(, "type": "VEC3"},
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": )" +
+           std::to_string(count) + R"(, "type": "VEC3"},
 {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"}]})";
 }
 
@@ -200,7 +204,8 @@ TEST_F(Meshes, BadGltfFilesAreRefused) {
 TEST_F(Meshes, ClosedGlassIsRefusedAndClosedMirrorsAreNot) {
     // A tetrahedron beside an open square, vertices split by every face.
     std::string tetrahedron;
-    for (const char* face : {"v 0 0 0\nv 0 1 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 0 0 1\n", "v 1 0 0\nv 0 1 0\nv 0 0 1\n", "v 0 1 0\nv 0 0 0\nv 0 0 1\n"})
+    for (const char* face : {"v 0 0 0\nv 0 1 0\nv 1 0 0\n", "v 0 0 0\nv 1 0 0\nv 0 0 1\n",
+                             "v 1 0 0\nv 0 1 0\nv 0 0 1\n", "v 0 1 0\nv 0 0 0\nv 0 0 1\n"})
         tetrahedron += std::string(face) + "f -3 -2 -1\n";
     write("closed.obj", tetrahedron + "v 5 0 0\nv 6 0 0\nv 5 1 0\nf -3 -2 -1\n");
     const std::string keys = "kind = \"mesh\"\nfile = \"closed.obj\"";
@@ -213,20 +218,23 @@ TEST_F(Meshes, ClosedGlassIsRefusedAndClosedMirrorsAreNot) {
     ASSERT_TRUE(scene.surfaces[0].mesh);
     EXPECT_FALSE(scene.surfaces[0].height_field);
     EXPECT_EQ(scene.surfaces[0].mesh->positions.size(), 4u);
-    EXPECT_EQ(loadSurfaceKeys("kind = \"mesh\"\nsmooth = false\nfile = \"open.obj\"").surfaces[0].mesh->positions.size(), 6u);
+    EXPECT_EQ(
+        loadSurfaceKeys("kind = \"mesh\"\nsmooth = false\nfile = \"open.obj\"").surfaces[0].mesh->positions.size(), 6u);
     EXPECT_TRUE(hasClosedPart(sphereMesh({0, 0, 0}, 1, 8)));
 }
 
 TEST(MeshShapes, BoxAndSphereFaceOutwards) {
     const auto volume = [](const TriangleMesh& m) {
         double sum = 0;
-        for (const auto& t : m.triangles) sum += glm::dot(m.positions[t[0]], glm::cross(m.positions[t[1]], m.positions[t[2]])) / 6;
+        for (const auto& t : m.triangles)
+            sum += glm::dot(m.positions[t[0]], glm::cross(m.positions[t[1]], m.positions[t[2]])) / 6;
         return sum;
     };
     const TriangleMesh box = boxMesh({1, 2, 3}, {2, 4, 6});
     EXPECT_NEAR(volume(box), 6, 1e-12);
     EXPECT_EQ(box.positions.size(), 36u);
-    for (std::size_t i = 0; i < box.positions.size(); ++i) EXPECT_GT(glm::dot(box.normals[i], box.positions[i] - glm::dvec3(1.5, 3, 4.5)), 0.4);
+    for (std::size_t i = 0; i < box.positions.size(); ++i)
+        EXPECT_GT(glm::dot(box.normals[i], box.positions[i] - glm::dvec3(1.5, 3, 4.5)), 0.4);
     EXPECT_NEAR(volume(sphereMesh({1, 1, 1}, 2, 64)) / (4.0 / 3 * 3.14159265358979 * 8), 1, 2e-3);
 }
 

@@ -50,14 +50,16 @@ TEST_F(Refusals, UnknownKeysEverywhere) {
     refusedRest("[[object]]\nplane = { point = [0,0,0], norml = [0,0,1] }\n", "s.toml:14:28", {"'norml'", "'normal'"});
     refusedRest("[bake]\ntolerence = 1\n", "s.toml:14:1", {"'tolerence' in [bake]", "'tolerance'"});
     refusedRest("[bake]\nxyzzy = 1\n", "s.toml:14:1", {"known: method, grids"});
-    refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelenght = 2 }]", "s.toml:11:27", {"'wavelenght' in a wave", "'wavelength'"});
+    refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelenght = 2 }]", "s.toml:11:27",
+                   {"'wavelenght' in a wave", "'wavelength'"});
     refusedSurface("size = [4, 4]\nbump = { hight = 1 }", "s.toml:11:10", {"'hight' in 'bump'", "'height'"});
     refusedSurface("size = [4, 4]\nsea = { wind = 1 }", "s.toml:11:9", {"'wind' in 'sea'", "known: wind_speed"});
 }
 
 TEST_F(Refusals, NotBuiltYet) {
     for (const char* type : {"point", "spot", "rectangle"})
-        refusedLight(std::string("type = \"") + type + "\"\ndirection = [0, 0, -1]", "s.toml:7:1", {type, "not built yet", "sun"});
+        refusedLight(std::string("type = \"") + type + "\"\ndirection = [0, 0, -1]", "s.toml:7:1",
+                     {type, "not built yet", "sun"});
     refusedSurface("flat = true\ndispersion = 1", "s.toml:11:1", {"'dispersion' in [[surface]] is not built yet"});
     refusedRest("[[index]]\nfile = \"a.vdb\"\n", "s.toml:13:", {"'index' in the scene is not built yet"});
     refusedRest("[bake]\nbounces = 2\n", "s.toml:14:1", {"'bounces' in [bake] is not built yet"});
@@ -71,12 +73,15 @@ TEST_F(Refusals, NotBuiltYet) {
 }
 
 TEST_F(Refusals, Domain) {
-    refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = 0", "s.toml:5:1", {"'voxel_size' is 0", "greater than 0 m"});
+    refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = 0", "s.toml:5:1",
+                  {"'voxel_size' is 0", "greater than 0 m"});
     refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = -0.1", "s.toml:5:1", {"-0.1", "greater than 0"});
     refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = nan", "s.toml:5:1", {"nan", "finite"});
     refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, inf]\nvoxel_size = 0.1", "s.toml:4:", {"inf", "finite"});
-    refusedDomain("min = [-1, -1, 0]\nmax = [1, 1, 0.3]\nvoxel_size = 0.5", "s.toml:5:1", {"voxel_size 0.5 m exceeds the 0.3 m domain; use 0.15 or less"});
-    refusedDomain("min = [-1, -1, 0]\nmax = [1, 1, 0.3]\nvoxel_size = 0.1\nlayer_height = 0.4", "s.toml:2:1", {"0.4 m high", "0.3 m domain"});
+    refusedDomain("min = [-1, -1, 0]\nmax = [1, 1, 0.3]\nvoxel_size = 0.5", "s.toml:5:1",
+                  {"voxel_size 0.5 m exceeds the 0.3 m domain; use 0.15 or less"});
+    refusedDomain("min = [-1, -1, 0]\nmax = [1, 1, 0.3]\nvoxel_size = 0.1\nlayer_height = 0.4", "s.toml:2:1",
+                  {"0.4 m high", "0.3 m domain"});
     refusedDomain("min = [-1, 1, -1]\nmax = [1, 1, 1]", "s.toml:4:1", {"max.y is 1, min.y is 1", "empty"});
     refusedDomain("min = [-1, -1, -1]", "s.toml:2:1", {"'min' without 'max'"});
     refusedDomain("min = [-1, -1]\nmax = [1, 1, 1]", "s.toml:3:1", {"2 numbers", "must have 3"});
@@ -87,7 +92,8 @@ TEST_F(Refusals, Domain) {
     refusedDomain("shear = \"lights\"", "s.toml:3:1", {"unknown shear \"lights\"", "did you mean 'light'?"});
     refusedDomain("shear = [1, 2, 3]", "s.toml:3:1", {"3 numbers", "must have 2"});
     // 10^4 a side: 10^12 voxels.
-    refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = 0.0002", "s.toml:2:1", {"10000 x 10000 x 10000", "2^38", "use voxels of 0.000308 m"});
+    refusedDomain("min = [-1, -1, -1]\nmax = [1, 1, 1]\nvoxel_size = 0.0002", "s.toml:2:1",
+                  {"10000 x 10000 x 10000", "2^38", "use voxels of 0.000308 m"});
 }
 
 TEST_F(Refusals, Lights) {
@@ -97,10 +103,12 @@ TEST_F(Refusals, Lights) {
     refusedLight("type = \"sun\"\ndirection = [0, 0, 0]", "s.toml:8:1", {"'direction' has no length"});
     refusedLight("type = \"sun\"\ndirection = [0, 0, 1]", "s.toml:8:1", {"direction.z is 1", "'water'", "below 0"});
     refusedLight("type = \"sun\"\ndirection = [1, 0, 0]", "s.toml:8:1", {"upwards or level"});
-    refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = -3", "s.toml:9:1", {"'irradiance' is -3", "at least 0 W/m2"});
+    refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = -3", "s.toml:9:1",
+                 {"'irradiance' is -3", "at least 0 W/m2"});
     refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = [1, 2]", "s.toml:9:1", {"2 numbers"});
     refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 0", "s.toml:9:1", {"'irradiance' is 0"});
-    refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nangular_diameter = 11", "s.toml:9:1", {"'angular_diameter' is 11", "0 to 10 degrees"});
+    refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\nangular_diameter = 11", "s.toml:9:1",
+                 {"'angular_diameter' is 11", "0 to 10 degrees"});
     SceneText text;
     text.light = "[light]\ntype = \"sun\"\n";
     refused(text, "s.toml:6:", {"[[light]]", "two brackets"});
@@ -113,7 +121,8 @@ TEST_F(Refusals, SurfaceSources) {
     refusedSurface("size = [4, 4]\nsea = { wind_speed = 5, fetch = 1 }\nheight = 1", "s.toml:", {"'sea' and 'height'"});
     refusedSurface("size = [4, 4]\nflat = false", "s.toml:11:1", {"'flat' is false"});
     refusedSurface("size = [4, 4]\nflat = true\nscale = 2", "s.toml:12:1", {"'scale'", "from a file"});
-    refusedSurface("size = [4, 4]\nflat = true\ninterpolation = \"bilinear\"", "s.toml:12:1", {"'interpolation'", "sampled"});
+    refusedSurface("size = [4, 4]\nflat = true\ninterpolation = \"bilinear\"", "s.toml:12:1",
+                   {"'interpolation'", "sampled"});
     refusedSurface("size = [4, 4]\nflat = true\nup = \"y\"", "s.toml:12:1", {"'up'", "mesh"});
     refusedSurface("size = [4, 0]\nflat = true", "s.toml:10:12", {"'size' is 0"});
     refusedSurface("flat = true\noutside = \"none\"", "s.toml:9:1", {"needs 'size'"});
@@ -128,32 +137,44 @@ TEST_F(Refusals, SurfaceSources) {
     text.domain = "";
     text.surface = "[[surface]]\nflat = true\n";
     refused(text, "s.toml:5:1", {"needs 'size'", "[domain]"});
-    refusedRest("[[surface]]\nname = \"water\"\nflat = true\n", "s.toml:13:1", {"the name 'water' is taken by s.toml:9:1"});
+    refusedRest("[[surface]]\nname = \"water\"\nflat = true\n", "s.toml:13:1",
+                {"the name 'water' is taken by s.toml:9:1"});
 }
 
 TEST_F(Refusals, WavesBumpAndSea) {
     refusedSurface("size = [4, 4]\nwaves = []", "s.toml:11:1", {"at least one"});
     refusedSurface("size = [4, 4]\nwaves = [{ wavelength = 1 }]", "s.toml:11:", {"needs 'amplitude'"});
     refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelength = 0 }]", "s.toml:11:27", {"'wavelength' is 0"});
-    refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelength = 1, direction = [0, 0] }]", "s.toml:11:", {"'direction' has no length", "degrees"});
-    refusedSurface("size = [4, 4]\nanimate = \"shallow\"\nwaves = [{ amplitude = 1, wavelength = 1 }]", "s.toml:11:1", {"unknown animate"});
+    refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelength = 1, direction = [0, 0] }]",
+                   "s.toml:11:", {"'direction' has no length", "degrees"});
+    refusedSurface("size = [4, 4]\nanimate = \"shallow\"\nwaves = [{ amplitude = 1, wavelength = 1 }]", "s.toml:11:1",
+                   {"unknown animate"});
     refusedSurface("bump = { height = 1, radius = 1 }", "s.toml:9:1", {"needs 'size'"});
     refusedSurface("size = [4, 4]\nbump = { radius = 1 }", "s.toml:11:1", {"needs 'height'"});
     refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 0 }", "s.toml:11:22", {"'radius' is 0"});
-    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 1, speed = 1, depth = 1 }", "s.toml:11:", {"'speed' and 'depth'"});
-    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 0.001 }", "s.toml:11:", {"radius 0.001 m is too small for a pool of 4 m", "use 0.00466"});
-    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 1, center = [0, 3] }", "s.toml:11:", {"center.y is 3", "+-2 m"});
-    refusedSurface("size = [4, 4]\noutside = \"periodic\"\nbump = { height = 1, radius = 1 }", "s.toml:11:1", {"walls"});
+    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 1, speed = 1, depth = 1 }",
+                   "s.toml:11:", {"'speed' and 'depth'"});
+    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 0.001 }",
+                   "s.toml:11:", {"radius 0.001 m is too small for a pool of 4 m", "use 0.00466"});
+    refusedSurface("size = [4, 4]\nbump = { height = 1, radius = 1, center = [0, 3] }",
+                   "s.toml:11:", {"center.y is 3", "+-2 m"});
+    refusedSurface("size = [4, 4]\noutside = \"periodic\"\nbump = { height = 1, radius = 1 }", "s.toml:11:1",
+                   {"walls"});
     refusedSurface("size = [4, 4]\nsea = { fetch = 100 }", "s.toml:11:1", {"needs 'wind_speed'"});
-    refusedSurface("size = [4, 4]\nsea = { wind_speed = 5, fetch = 100, shortest_wavelength = 0.01 }", "s.toml:11:", {"0.01 m", "resolution of 800"});
-    refusedSurface("size = [4, 4]\nsea = { wind_speed = 5, fetch = 100, resolution = 8 }", "s.toml:11:", {"'resolution' is 8", "16 to 4096"});
+    refusedSurface("size = [4, 4]\nsea = { wind_speed = 5, fetch = 100, shortest_wavelength = 0.01 }",
+                   "s.toml:11:", {"0.01 m", "resolution of 800"});
+    refusedSurface("size = [4, 4]\nsea = { wind_speed = 5, fetch = 100, resolution = 8 }",
+                   "s.toml:11:", {"'resolution' is 8", "16 to 2048"});
 }
 
 TEST_F(Refusals, Media) {
     refusedRest("[medium]\nabsorption = -1\n", "s.toml:14:1", {"'absorption' is -1", "at least 0 1/m"});
     refusedRest("[medium]\nscattering = [1, nan, 1]\n", "s.toml:14:", {"nan"});
-    for (const char* g : {"1", "-1", "1.5"}) refusedRest(std::string("[medium]\nscattering = 1\nanisotropy = ") + g + "\n", "s.toml:15:1", {"'anisotropy' is", "between -1 and 1"});
-    refusedRest("[medium]\nabsorption = 1\nextinction = 2\n", "s.toml:15:1", {"'absorption' and 'extinction'", "contradict"});
+    for (const char* g : {"1", "-1", "1.5"})
+        refusedRest(std::string("[medium]\nscattering = 1\nanisotropy = ") + g + "\n", "s.toml:15:1",
+                    {"'anisotropy' is", "between -1 and 1"});
+    refusedRest("[medium]\nabsorption = 1\nextinction = 2\n", "s.toml:15:1",
+                {"'absorption' and 'extinction'", "contradict"});
     refusedRest("[medium]\nextinction = 1\nalbedo = 1.5\n", "s.toml:15:1", {"'albedo' is 1.5", "0 to 1"});
     refusedRest("[medium]\nalbedo = 0.5\n", "s.toml:13:1", {"needs 'extinction'"});
     refusedRest("[[medium]]\nabsorption = 1\n[[medium]]\nabsorption = 2\n", "s.toml:15:1", {"2 media", "one [medium]"});
@@ -168,21 +189,28 @@ TEST_F(Refusals, Media) {
 TEST_F(Refusals, Objects) {
     refusedRest("[[object]]\nname = \"a\"\n", "s.toml:13:1", {"no shape", "plane"});
     refusedRest("[[object]]\nplane = { normal = [0, 0, 1] }\n", "s.toml:14:1", {"needs 'point'"});
-    refusedRest("[[object]]\nplane = { point = [0, 0, 0], normal = [0, 0, 0] }\n", "s.toml:14:", {"'normal' has no length"});
+    refusedRest("[[object]]\nplane = { point = [0, 0, 0], normal = [0, 0, 0] }\n",
+                "s.toml:14:", {"'normal' has no length"});
     refusedRest("[[object]]\nplane = [0, 0, 1]\n", "s.toml:14:1", {"an array", "must be a table"});
     refusedRest("[[object]]\nbox = { min = [0, 0, 0], max = [1, 0, 1] }\n", "s.toml:14:", {"max.y is 0, min.y is 0"});
     refusedRest("[[object]]\nsphere = { center = [0, 0, 0], radius = -1 }\n", "s.toml:14:", {"'radius' is -1"});
-    refusedRest("[[object]]\nsphere = { center = [0, 0, 0], radius = 1 }\nfile = \"a.obj\"\n", "s.toml:", {"'file' and 'sphere'"});
-    refusedRest("[[object]]\nplane = { point = [0, 0, 0] }\nrole = \"reciever\"\n", "s.toml:15:1", {"unknown role", "did you mean 'receiver'?"});
+    refusedRest("[[object]]\nsphere = { center = [0, 0, 0], radius = 1 }\nfile = \"a.obj\"\n",
+                "s.toml:", {"'file' and 'sphere'"});
+    refusedRest("[[object]]\nplane = { point = [0, 0, 0] }\nrole = \"reciever\"\n", "s.toml:15:1",
+                {"unknown role", "did you mean 'receiver'?"});
     refusedRest("[[object]]\nplane = { point = [0, 0, 0] }\nup = \"y\"\n", "s.toml:15:1", {"'up'", "meshes"});
     refusedRest("[[object]]\nfile = \"gone.obj\"\n", "s.toml:14:1", {"gone.obj", "No such file"});
     refusedRest("[[object]]\nfile = \"a.stl\"\n", "s.toml:14:1", {"a.stl", ".obj, .ply, .gltf and .glb"});
-    refusedRest("[[object]]\nname = \"a\"\nplane = { point = [0, 0, 0] }\n[[object]]\nname = \"a\"\nplane = { point = [0, 0, 1] }\n", "s.toml:16:1", {"'a' is taken by s.toml:13:1"});
+    refusedRest(
+        "[[object]]\nname = \"a\"\nplane = { point = [0, 0, 0] }\n[[object]]\nname = \"a\"\nplane = { point = [0, 0, "
+        "1] }\n",
+        "s.toml:16:1", {"'a' is taken by s.toml:13:1"});
 }
 
 TEST_F(Refusals, Bake) {
     refusedRest("[bake]\ngrids = []\n", "s.toml:14:1", {"'grids' is empty"});
-    refusedRest("[bake]\ngrids = [\"iradiance\"]\n", "s.toml:14:1", {"unknown grid \"iradiance\"", "did you mean \"irradiance\"?"});
+    refusedRest("[bake]\ngrids = [\"iradiance\"]\n", "s.toml:14:1",
+                {"unknown grid \"iradiance\"", "did you mean \"irradiance\"?"});
     refusedRest("[bake]\ngrids = [1]\n", "s.toml:14:", {"an integer", "array of strings"});
     refusedRest("[bake]\ngrids = [\"direction\"]\n", "s.toml:14:1", {"ask for both"});
     refusedRest("[bake]\nwhere = \"nowhere\"\n", "s.toml:14:1", {"unknown where"});
@@ -216,7 +244,9 @@ TEST_F(Refusals, SceneFile) {
     // Whatever is cut off or overwritten, the answer is a scene or an input error.
     SceneText text;
     text.surface = "[[surface]]\nsize = [2, 2]\nbump = { height = 0.1, radius = 0.3, resolution = 16 }\n";
-    text.rest = "[medium]\nabsorption = [1, 2, 3]\n[[object]]\nplane = { point = [0, 0, -1.5], normal = [0, 0, 1] }\n[bake]\nmethod = \"beams\"\n";
+    text.rest =
+        "[medium]\nabsorption = [1, 2, 3]\n[[object]]\nplane = { point = [0, 0, -1.5], normal = [0, 0, 1] "
+        "}\n[bake]\nmethod = \"beams\"\n";
     const std::string whole = text.all();
     int errors = 0;
     for (std::size_t i = 0; i < whole.size(); ++i)

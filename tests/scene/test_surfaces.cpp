@@ -18,9 +18,13 @@ constexpr double kPi = std::numbers::pi;
 /// The focused pool of tests/support: three sines.
 std::vector<Wave> poolWaves() {
     std::vector<Wave> waves;
-    const double amplitude[] = {0.035, 0.025, 0.020}, wavelength[] = {1.3, 0.8, 0.5}, degrees[] = {20, 95, -40}, phase[] = {0.4, 1.7, 2.9};
+    const double amplitude[] = {0.035, 0.025, 0.020}, wavelength[] = {1.3, 0.8, 0.5}, degrees[] = {20, 95, -40},
+                 phase[] = {0.4, 1.7, 2.9};
     for (int i = 0; i < 3; ++i)
-        waves.push_back({amplitude[i], wavelength[i], {std::cos(degrees[i] * kPi / 180), std::sin(degrees[i] * kPi / 180)}, phase[i]});
+        waves.push_back({amplitude[i],
+                         wavelength[i],
+                         {std::cos(degrees[i] * kPi / 180), std::sin(degrees[i] * kPi / 180)},
+                         phase[i]});
     return waves;
 }
 
@@ -28,7 +32,8 @@ template <typename F>
 SampleGrid sampled(int width, int height, glm::dvec2 size, const F& f) {
     SampleGrid grid{width, height, std::vector<double>(static_cast<std::size_t>(width * height))};
     for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) grid.at(x, y) = f(((x + 0.5) / width - 0.5) * size.x, ((y + 0.5) / height - 0.5) * size.y);
+        for (int x = 0; x < width; ++x)
+            grid.at(x, y) = f(((x + 0.5) / width - 0.5) * size.x, ((y + 0.5) / height - 0.5) * size.y);
     return grid;
 }
 
@@ -44,7 +49,9 @@ TEST(WaveField, FollowsItsFormula) {
     const auto field = makeWaveField(poolWaves(), {0.1, -0.2, 0.5}, Patch::unbounded());
     const glm::dvec2 uv(0.37, 0.81);
     double z = 0.5;
-    for (const Wave& w : poolWaves()) z += w.amplitude * std::sin(2 * kPi / w.wavelength * glm::dot(w.direction, uv - glm::dvec2(0.1, -0.2)) + w.phase);
+    for (const Wave& w : poolWaves())
+        z += w.amplitude *
+             std::sin(2 * kPi / w.wavelength * glm::dot(w.direction, uv - glm::dvec2(0.1, -0.2)) + w.phase);
     EXPECT_NEAR(field->at(uv).position.z, z, 1e-15);
     EXPECT_NEAR(glm::length(field->at(uv).normal - differenceNormal(*field, uv, 1e-5)), 0, 1e-8);
     EXPECT_DOUBLE_EQ(field->featureSize(), 0.5 / 8);
@@ -54,7 +61,8 @@ TEST(WaveField, FollowsItsFormula) {
 
 TEST(WaveField, RowAgreesWithPoints) {
     const auto field = makeWaveField(poolWaves(), {0.1, -0.2, 0.5}, Patch::unbounded());
-    for (const std::size_t count : {1u, 2u, 63u, 64u, 65u, 1000u, 4097u}) EXPECT_LT(rowDifference(*field, {-2.1, 0.33}, 4.2 / 4096, count), 1e-13) << count;
+    for (const std::size_t count : {1u, 2u, 63u, 64u, 65u, 1000u, 4097u})
+        EXPECT_LT(rowDifference(*field, {-2.1, 0.33}, 4.2 / 4096, count), 1e-13) << count;
     EXPECT_LT(rowDifference(*field, {1e4, 0.33}, 0.01, 500), 1e-11);
     EXPECT_EQ(rowDifference(*field, {2, 0.33}, -0.01, 300), 0);
 }
@@ -124,7 +132,8 @@ TEST(SplineField, CurvatureIsContinuousAndFacetsAreNot) {
     const auto smooth = makeSplineField(shape, grid);
     shape.interpolation = Interpolation::Bilinear;
     const auto facets = makeSplineField(shape, grid);
-    // Across the line of samples x = -1/2 + 8.5/16: the slope's slope of the one does not jump, the slope of the other does.
+    // Across the line of samples x = -1/2 + 8.5/16: the slope's slope of the one does not jump, the slope of the other
+    // does.
     const double joint = -0.5 + 8.5 / 16, h = 1e-4;
     const auto slope = [](const HeightField& field, double x) { return -field.at({x, 0.1}).normal.x; };
     const double bend_after = (slope(*smooth, joint + h) - slope(*smooth, joint)) / h;
@@ -135,7 +144,9 @@ TEST(SplineField, CurvatureIsContinuousAndFacetsAreNot) {
 }
 
 TEST(SplineField, PeriodicRepeatsInBothDirections) {
-    const auto f = [](double x, double y) { return std::sin(2 * kPi * x / 2) + 0.3 * std::cos(2 * kPi * (x / 2 + 2 * y / 3)); };
+    const auto f = [](double x, double y) {
+        return std::sin(2 * kPi * x / 2) + 0.3 * std::cos(2 * kPi * (x / 2 + 2 * y / 3));
+    };
     SplineFieldShape shape;
     shape.size = {2, 3}, shape.boundary = GridBoundary::Periodic, shape.bounded = false;
     const auto field = makeSplineField(shape, sampled(24, 36, shape.size, f));
@@ -170,8 +181,10 @@ TEST(SplineField, HorizontalDisplacementMovesPointsAndTurnsNormals) {
     SplineFieldShape shape;
     shape.boundary = GridBoundary::Periodic, shape.bounded = false;
     const auto height = sampled(64, 64, shape.size, [&](double x, double y) { return a * std::cos(k * (x + 2 * y)); });
-    const auto dx = sampled(64, 64, shape.size, [&](double x, double y) { return -a * 0.4 * std::sin(k * (x + 2 * y)); });
-    const auto dy = sampled(64, 64, shape.size, [&](double x, double y) { return -a * 0.8 * std::sin(k * (x + 2 * y)); });
+    const auto dx =
+        sampled(64, 64, shape.size, [&](double x, double y) { return -a * 0.4 * std::sin(k * (x + 2 * y)); });
+    const auto dy =
+        sampled(64, 64, shape.size, [&](double x, double y) { return -a * 0.8 * std::sin(k * (x + 2 * y)); });
     const auto field = makeSplineField(shape, height, std::array{dx, dy});
     const glm::dvec2 uv(0.21, -0.13);
     const SurfacePoint p = field->at(uv);

@@ -45,13 +45,16 @@ TEST(Bump, ObeysTheWaveEquationAndKeepsItsWater) {
     const glm::dvec2 size(2, 2);
     const int n = 128;
     const double h = 2.0 / n, dt = 1e-3, t = 0.9;  // after the first reflection
-    const SampleGrid before = bumpHeights(bump, size, n, n, t - dt), now = bumpHeights(bump, size, n, n, t), after = bumpHeights(bump, size, n, n, t + dt);
+    const SampleGrid before = bumpHeights(bump, size, n, n, t - dt), now = bumpHeights(bump, size, n, n, t),
+                     after = bumpHeights(bump, size, n, n, t + dt);
     double worst = 0, largest = 0;
     for (int y = 2; y + 2 < n; ++y)
         for (int x = 2; x + 2 < n; ++x) {
             const double tt = (before.at(x, y) - 2 * now.at(x, y) + after.at(x, y)) / (dt * dt);
             const auto second = [&](int dx, int dy) {
-                return (-now.at(x - 2 * dx, y - 2 * dy) + 16 * now.at(x - dx, y - dy) - 30 * now.at(x, y) + 16 * now.at(x + dx, y + dy) - now.at(x + 2 * dx, y + 2 * dy)) / (12 * h * h);
+                return (-now.at(x - 2 * dx, y - 2 * dy) + 16 * now.at(x - dx, y - dy) - 30 * now.at(x, y) +
+                        16 * now.at(x + dx, y + dy) - now.at(x + 2 * dx, y + 2 * dy)) /
+                       (12 * h * h);
             };
             worst = std::max(worst, std::fabs(tt - 1.7 * 1.7 * (second(1, 0) + second(0, 1))));
             largest = std::max(largest, std::fabs(tt));
@@ -74,12 +77,14 @@ TEST(Bump, EnergyIsKeptOrFallsWithTheDamping) {
     const double h = 2.0 / n, dt = 1e-4;
     // Kinetic and potential energy by differences; the mean level holds none.
     const auto energy = [&](double t) {
-        const SampleGrid a = bumpHeights(bump, size, n, n, t - dt), b = bumpHeights(bump, size, n, n, t + dt), m = bumpHeights(bump, size, n, n, t);
+        const SampleGrid a = bumpHeights(bump, size, n, n, t - dt), b = bumpHeights(bump, size, n, n, t + dt),
+                         m = bumpHeights(bump, size, n, n, t);
         double sum = 0;
         for (int y = 0; y < n; ++y)
             for (int x = 0; x < n; ++x) {
                 const double v = (b.at(x, y) - a.at(x, y)) / (2 * dt);
-                const double gx = x + 1 < n ? (m.at(x + 1, y) - m.at(x, y)) / h : 0, gy = y + 1 < n ? (m.at(x, y + 1) - m.at(x, y)) / h : 0;
+                const double gx = x + 1 < n ? (m.at(x + 1, y) - m.at(x, y)) / h : 0,
+                             gy = y + 1 < n ? (m.at(x, y + 1) - m.at(x, y)) / h : 0;
                 sum += v * v + 1.7 * 1.7 * (gx * gx + gy * gy);
             }
         return sum;
@@ -94,7 +99,8 @@ TEST(Bump, EnergyIsKeptOrFallsWithTheDamping) {
 }
 
 TEST_F(SceneTest, BumpIsASmoothSurfaceWithWalls) {
-    const std::string keys = "size = [2, 2]\ncenter = [1, 0, -0.5]\nbump = { height = 0.12, radius = 0.2, center = [0.1, 0], depth = 0.5 }";
+    const std::string keys =
+        "size = [2, 2]\ncenter = [1, 0, -0.5]\nbump = { height = 0.12, radius = 0.2, center = [0.1, 0], depth = 0.5 }";
     const Scene scene = loadSurfaceKeys(keys);
     const HeightField& field = *scene.surfaces[0].height_field;
     EXPECT_NEAR(field.at({1.1, 0}).position.z, -0.5 + 0.12, 1e-7);
@@ -148,7 +154,8 @@ TEST(Sea, IsTheSameForASeedAtAnyResolutionAndThreadCount) {
     const WindSea sea = breeze();
     const SeaSamples coarse = seaSamples(sea, {20, 20}, 100, 100, 1.5), fine = seaSamples(sea, {20, 20}, 300, 300, 1.5);
     for (int y = 0; y < 100; y += 7)
-        for (int x = 0; x < 100; x += 3) EXPECT_NEAR(coarse.heights.at(x, y), fine.heights.at(3 * x + 1, 3 * y + 1), 1e-12);  // same points
+        for (int x = 0; x < 100; x += 3)
+            EXPECT_NEAR(coarse.heights.at(x, y), fine.heights.at(3 * x + 1, 3 * y + 1), 1e-12);  // same points
     // A harmonic's phase is an integer hash: these numbers hold on every machine.
     EXPECT_NEAR(coarse.heights.at(17, 42), seaSamples(sea, {20, 20}, 100, 100, 1.5).heights.at(17, 42), 0);
     const int threads = threadCount();
@@ -159,7 +166,8 @@ TEST(Sea, IsTheSameForASeedAtAnyResolutionAndThreadCount) {
     other.seed = 8;
     const SeaSamples different = seaSamples(other, {20, 20}, 100, 100, 1.5);
     double correlation = 0;
-    for (std::size_t i = 0; i < coarse.heights.values.size(); ++i) correlation += coarse.heights.values[i] * different.heights.values[i];
+    for (std::size_t i = 0; i < coarse.heights.values.size(); ++i)
+        correlation += coarse.heights.values[i] * different.heights.values[i];
     EXPECT_LT(std::fabs(correlation) / 1e4 / variance(coarse.heights), 0.5);
 }
 
@@ -185,7 +193,9 @@ TEST(Sea, RunsWithTheWind) {
 TEST(Sea, RepeatsAfterItsPeriod) {
     WindSea sea = breeze();
     sea.period = 8;
-    const SampleGrid start = seaSamples(sea, {20, 20}, 64, 64, 0).heights, middle = seaSamples(sea, {20, 20}, 64, 64, 3).heights, end = seaSamples(sea, {20, 20}, 64, 64, 8).heights;
+    const SampleGrid start = seaSamples(sea, {20, 20}, 64, 64, 0).heights,
+                     middle = seaSamples(sea, {20, 20}, 64, 64, 3).heights,
+                     end = seaSamples(sea, {20, 20}, 64, 64, 8).heights;
     double moved = 0;
     for (std::size_t i = 0; i < start.values.size(); ++i) {
         EXPECT_NEAR(start.values[i], end.values[i], 1e-11);
@@ -203,15 +213,20 @@ TEST(Sea, ChoppyCrestsAreDrawnTogether) {
     double product = 0, squares = 0;
     for (int y = 1; y < 127; ++y)
         for (int x = 1; x < 127; ++x) {
-            const double divergence = samples.displacement[0].at(x + 1, y) - samples.displacement[0].at(x - 1, y) + samples.displacement[1].at(x, y + 1) - samples.displacement[1].at(x, y - 1);
+            const double divergence = samples.displacement[0].at(x + 1, y) - samples.displacement[0].at(x - 1, y) +
+                                      samples.displacement[1].at(x, y + 1) - samples.displacement[1].at(x, y - 1);
             product += divergence * samples.heights.at(x, y), squares += divergence * divergence;
         }
     EXPECT_LT(product / std::sqrt(squares * variance(samples.heights) * 126 * 126), -0.6);
-    EXPECT_NEAR(variance(samples.displacement[0]) + variance(samples.displacement[1]), 0.49 * variance(samples.heights), 1e-3 * variance(samples.heights));
+    EXPECT_NEAR(variance(samples.displacement[0]) + variance(samples.displacement[1]), 0.49 * variance(samples.heights),
+                1e-3 * variance(samples.heights));
 }
 
 TEST_F(SceneTest, SeaIsPeriodicAndWarnsOfWhatIsCut) {
-    const Scene scene = loadSurfaceKeys("size = [20, 10]\nsea = { wind_speed = 5, fetch = 300, direction = 30, seed = 3, resolution = 128, choppiness = 0.5 }", 5);
+    const Scene scene = loadSurfaceKeys(
+        "size = [20, 10]\nsea = { wind_speed = 5, fetch = 300, direction = 30, seed = 3, resolution = 128, choppiness "
+        "= 0.5 }",
+        5);
     const Surface& surface = scene.surfaces[0];
     EXPECT_EQ(surface.outside, Outside::Periodic);
     EXPECT_TRUE(warnings_.messages.empty());
@@ -227,7 +242,8 @@ TEST_F(SceneTest, SeaIsPeriodicAndWarnsOfWhatIsCut) {
 
     loadSurfaceKeys("size = [4, 4]\nsea = { wind_speed = 10, fetch = 100000, resolution = 64 }");
     ASSERT_EQ(warnings_.messages.size(), 1u);
-    EXPECT_NE(warnings_.messages[0].find("of this sea's energy; its dominant wave is"), std::string::npos) << warnings_.messages[0];
+    EXPECT_NE(warnings_.messages[0].find("of this sea's energy; its dominant wave is"), std::string::npos)
+        << warnings_.messages[0];
     loadSurfaceKeys("size = [20, 20]\nsea = { wind_speed = 5, fetch = 300, resolution = 200, choppiness = 4 }");
     ASSERT_EQ(warnings_.messages.size(), 2u);
     EXPECT_NE(warnings_.messages[1].find("folds"), std::string::npos) << warnings_.messages[1];
