@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+
+namespace photic::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+TEST(Bake, WritesBesideTheUserAndSaysSoOnStderr) {
+    const Workplace place;
+    std::filesystem::create_directory(place / "scenes");
+    place.write("scenes/pool.toml", PoolText{}.text());
+    const Outcome outcome = photic(place, {"bake", "scenes/pool.toml"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(place.names(), (Strings{"pool.vdb", "scenes"}));
+    for (const char* word : {"pool.vdb", "power ledger", "path ledger", "write", "MB"}) EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+    EXPECT_EQ(photic(place, {"inspect", "pool.vdb", "--strict"}).code, 0);
+}
+
+TEST(Bake, ReportsAsDocumented) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--json", "--report", "report.json", "--threads", "1"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto report = outcome.json();
+    EXPECT_EQ(schemaBreaches(report, "report.md"), Strings{});
+    EXPECT_EQ(nlohmann::json::parse(place.read("report.json")), report);
+    EXPECT_EQ(report["output"], "a.vdb");
+    EXPECT_EQ(report["threads"], 1);
+    EXPECT_EQ(report["grid"]["size"], (nlohmann::json{32, 32, 22}));
+    EXPECT_EQ(report["needed_voxels"], 32 * 32 * 22);
+    EXPECT_EQ(report["file_bytes"], std::filesystem::file_size(place / "a.vdb"));
+    EXPECT_NEAR(report["reference_irradiance"].get<double>(), 1000, 1e-9);
+    EXPECT_LT(report["power"]["imbalance"].get<double>(), 1e-6);
+    EXPECT_GT(report["power"]["emitted"].get<double>(), 0);
+    EXPECT_GT(report["active_voxels"].get<int>(), 1000);
+}
+
+TEST(Bake, SchemaCheckerFindsWhatIsWrong) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    auto estimate = photic(place, {"bake", "pool.toml", "--dry-run", "--json"}).json();
+    ASSERT_EQ(schemaBreaches(estimate, "estimate.md"), Strings{});
+    estimate["surprise"] = 1;
+    estimate["voxels"] = "many";
+    estimate.erase("fits");
+    estimate["grid"]["size"][1] = 0.5;
+    EXPECT_EQ(schemaBreaches(estimate, "estimate.md").size(), 4U);
+}
+
+TEST(Bake, DryRunBakesNothing) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--dry-run", "--json", "--where", "receivers"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto estimate = outcome.json();
+    EXPECT_EQ(schemaBreaches(estimate, "estimate.md"), Strings{});
+    EXPECT_EQ(estimate["voxels"], 32 * 32 * 22);
+    // The floor's band: two voxels on either side, of 22 layers.
+    EXPECT_LE(estimate["needed_voxels"].get<int>(), 32 * 32 * 6);
+    EXPECT_GE(estimate["needed_voxels"].get<int>(), 32 * 32 * 4);
+    EXPECT_TRUE(estimate["fits"].get<bool>());
+    EXPECT_NE(outcome.err.find("estimate"), std::string::npos);
+    EXPECT_EQ(place.names(), Strings{"pool.toml"});
+
+    // What will not fit is told, not tried.
+    const Outcome huge = photic(place, {"bake", "pool.toml", "--dry-run", "--json", "--resolution", "6000", "--max-memory", "2GB"});
+    EXPECT_EQ(huge.code, 0) << huge.err;
+    EXPECT_FALSE(huge.json()["fits"].get<bool>());
+}
+
+TEST(Bake, ProgressIsJsonLinesAsDocumented) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--progress=json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    const auto events = outcome.events();
+    ASSERT_GE(events.size(), 3U);
+    double overall = 0;
+    for (std::size_t i = 0; i + 1 < events.size(); ++i) {
+        EXPECT_NE(events[i]["event"], "done");
+        if (events[i]["event"] != "progress") continue;
+        EXPECT_EQ(schemaBreaches(events[i], "progress.md", "`progress`"), Strings{});
+        EXPECT_GE(events[i]["overall"].get<double>(), overall);
+        overall = events[i]["overall"].get<double>();
+    }
+    EXPECT_EQ(overall, 1.0);
+    const auto& done = events.back();
+    EXPECT_EQ(schemaBreaches(done, "progress.md", "`done`"), Strings{});
+    EXPECT_EQ(schemaBreaches(done["report"], "report.md"), Strings{});
+    EXPECT_EQ(done["output"], "pool.vdb");
+}
+
+TEST(Bake, BarIsDrawnWhenAskedFor) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome bar = photic(place, {"bake", "pool.toml", "--progress", "bar"});
+    EXPECT_EQ(bar.code, 0);
+    EXPECT_NE(bar.err.find("100 %"), std::string::npos) << bar.err;
+    // Not by itself when stderr is a file.
+    EXPECT_EQ(photic(place, {"bake", "pool.toml"}).err.find('\r'), std::string::npos);
+}
+
+TEST(Bake, ThreadsChangeNothing) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "--threads", "1", "--f32", "-o", "one.vdb"}).code, 0);
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "--threads", "3", "--f32", "-o", "three.vdb"}).code, 0);
+    const Outcome compared = photic(place, {"compare", "one.vdb", "three.vdb", "--max-error", "0", "--json"});
+    EXPECT_EQ(compared.code, 0) << compared.out;
+    EXPECT_EQ(compared.json()["irradiance"]["worst"]["difference"], 0.0);
+}
+
+TEST(Bake, CommandLineReplacesTheScenesSettings) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const auto bake = [&](const Strings& options) {
+        Strings arguments{"bake", "pool.toml", "--json"};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const Outcome outcome = photic(place, arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.json();
+    };
+    const auto plain = bake({});
+    EXPECT_EQ(bake({"--voxel-size", "0.125"})["grid"]["size"], (nlohmann::json{16, 16, 11}));
+    EXPECT_EQ(bake({"--resolution", "16"})["grid"]["size"][0], 16);
+    EXPECT_EQ(bake({"--where", "receivers"})["settings"]["where"], "receivers");
+    EXPECT_EQ(bake({"--quadrature", "2"})["settings"]["quadrature"], 2);
+    EXPECT_EQ(bake({"--tolerance", "0.5"})["settings"]["tolerance"], 0.5);
+    EXPECT_EQ(bake({"--prefilter"})["settings"]["prefilter"], true);
+    EXPECT_EQ(bake({"--grids", "irradiance"})["settings"]["grids"], nlohmann::json{"irradiance"});
+    EXPECT_GT(bake({"--f32"})["file_bytes"].get<double>(), 1.3 * plain["file_bytes"].get<double>());
+    EXPECT_GT(bake({"--compression", "none"})["file_bytes"].get<double>(), 2 * plain["file_bytes"].get<double>());
+    EXPECT_NE(bake({"--quadrature", "4"})["scene_hash"], plain["scene_hash"]);
+    EXPECT_EQ(bake({})["scene_hash"], plain["scene_hash"]);
+}
+
+TEST(Bake, AMediumAddsDensity) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "flat = true";
+    pool.extra = "[medium]\nabsorption = [0.35, 0.07, 0.02]";
+    place.write("pool.toml", pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const Outcome inspected = photic(place, {"inspect", "pool.vdb", "--json"});
+    bool found = false;
+    for (const auto& grid : inspected.json()["grids"]) {
+        if (grid["name"] == "irradiance") {
+            EXPECT_EQ(grid["channels"], 3);
+        }
+        if (grid["name"] != "density") continue;
+        found = true;
+        EXPECT_EQ(grid["max"], 1.0);
+    }
+    EXPECT_TRUE(found) << inspected.out;
+}
+
+TEST(Bake, StandardErrorOfPhotonsScoresThem) {
+    const Workplace place;
+    PoolText pool;
+    pool.voxel_size = 2.0 / 16;
+    place.write("pool.toml", pool.text());
+    const Outcome photons = photic(place, {"bake", "pool.toml", "-o", "b.vdb", "--method", "photons", "--standard-error", "se.vdb", "--f32", "--set", "photons.count=200000"});
+    ASSERT_EQ(photons.code, 0) << photons.err;
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--method", "photons", "--f32", "--set", "photons.count=200000", "--set", "photons.seed=77"}).code, 0);
+    const Outcome compared = photic(place, {"compare", "a.vdb", "b.vdb", "--standard-error", "se.vdb", "--bias-allowance", "0", "--json"});
+    ASSERT_EQ(compared.code, 0) << compared.err;
+    const auto scores = compared.json()["standard_error"];
+    EXPECT_GT(scores["voxels"].get<int>(), 1000);
+    // Both have the same variance, so the difference has twice b's; b's own is known from a few shifts only (Student's t).
+    EXPECT_GT(scores["chi2_per_voxel"].get<double>(), 1.6);
+    EXPECT_LT(scores["chi2_per_voxel"].get<double>(), 3.2);
+    EXPECT_EQ(scores["chi2_per_voxel"], scores["chi2_per_voxel_without_allowance"]);
+    // Beams know none.
+    const Outcome refused = photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--method", "beams", "--standard-error", "x.vdb"});
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_FALSE(place.has("x.vdb"));
+}
+
+}  // namespace
+}  // namespace photic::test

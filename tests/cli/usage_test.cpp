@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+
+namespace photic::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+void expectUsage(const Strings& arguments, const Strings& words) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome outcome = photic(place, arguments);
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' is not in: " << outcome.err;
+    EXPECT_EQ(place.names(), Strings{"pool.toml"});
+}
+
+TEST(Usage, MistakesExitWithTwo) {
+    expectUsage({}, {"--help"});
+    expectUsage({"bak", "pool.toml"}, {"bak", "did you mean 'bake'"});
+    expectUsage({"bake"}, {"SCENE", "photic bake --help"});
+    expectUsage({"bake", "pool.toml", "--frob"}, {"--frob"});
+    expectUsage({"bake", "pool.toml", "--threads", "many"}, {"--threads"});
+    expectUsage({"bake", "pool.toml", "--compression", "lzma"}, {"lzma", "zip"});
+    expectUsage({"bake", "pool.toml", "--method", "beems"}, {"beems", "did you mean 'beams'"});
+    expectUsage({"bake", "pool.toml", "--grids", "irradiance,directoin"}, {"directoin", "did you mean 'direction'"});
+    expectUsage({"bake", "pool.toml", "--voxel-size", "1", "--resolution", "9"}, {"--voxel-size", "--resolution"});
+    expectUsage({"bake", "pool.toml", "--tolerance", "nan"}, {"--tolerance"});
+    expectUsage({"compare", "a.vdb", "b.exr"}, {"a.vdb", "b.exr"});
+    expectUsage({"compare", "a.vdb", "b.vdb", "--max-error", "-1"}, {"--max-error"});
+    expectUsage({"export", "a.vdb", "-o", "a.png"}, {".exr"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "b.vdb"}, {"--film-strip"});
+}
+
+TEST(Usage, SetNamesItsMistake) {
+    expectUsage({"bake", "pool.toml", "--set", "mesh=512"}, {"METHOD.OPTION=VALUE"});
+    expectUsage({"bake", "pool.toml", "--set", "beems.mesh=512"}, {"did you mean 'beams'"});
+    expectUsage({"bake", "pool.toml", "--set", "beams.mehs=512"}, {"did you mean 'mesh'"});
+    expectUsage({"bake", "pool.toml", "--set", "beams.mesh=many"}, {"many", "whole number"});
+}
+
+TEST(Usage, PlannedVerbsSayThatTheyAreNotBuilt) {
+    for (const char* verb : {"post", "merge", "view"}) expectUsage({verb, "x"}, {verb, "not built yet"});
+}
+
+TEST(Usage, HelpAndVersionGoToStdout) {
+    const Workplace place;
+    const Outcome version = photic(place, {"--version"});
+    EXPECT_EQ(version.code, 0);
+    EXPECT_TRUE(version.out.starts_with("photic 0.")) << version.out;
+    const Outcome help = photic(place, {"--help"});
+    EXPECT_EQ(help.code, 0);
+    for (const char* verb : {"bake", "inspect", "compare", "picture", "export", "methods"}) EXPECT_NE(help.out.find(verb), std::string::npos);
+    // The catalogue's rows are in the help.
+    const Outcome bake = photic(place, {"bake", "--help"});
+    EXPECT_EQ(bake.code, 0);
+    for (const char* word : {"beams.mesh", "photons.count", "--dry-run"}) EXPECT_NE(bake.out.find(word), std::string::npos) << bake.out;
+    EXPECT_EQ(help.err + bake.err + version.err, "");
+}
+
+TEST(Usage, MethodsAreListedAsDocumented) {
+    const Workplace place;
+    const Outcome outcome = photic(place, {"methods", "--json"});
+    ASSERT_EQ(outcome.code, 0);
+    EXPECT_EQ(schemaBreaches(outcome.json(), "methods.md"), Strings{});
+    Strings names;
+    for (const auto& method : outcome.json()["methods"]) {
+        names.push_back(method["name"]);
+        for (const auto& option : method["options"]) {
+            EXPECT_NE(option["help"], "");
+            const std::string type = option["type"];
+            if (type == "flag") {
+                EXPECT_TRUE(option["default"].is_boolean()) << option;
+            } else if (type == "choice") {
+                const auto& choices = option["choices"];
+                EXPECT_NE(std::find(choices.begin(), choices.end(), option["default"]), choices.end()) << option;
+            } else {
+                EXPECT_LE(option["min"].get<double>(), option["default"].get<double>()) << option;
+                EXPECT_GE(option["max"].get<double>(), option["default"].get<double>()) << option;
+            }
+        }
+    }
+    EXPECT_EQ(names, (Strings{"beams", "photons"}));
+    EXPECT_NE(photic(place, {"methods"}).out.find("photons"), std::string::npos);
+}
+
+TEST(Usage, EventsCarryUsageErrorsToo) {
+    const Workplace place;
+    const Outcome outcome = photic(place, {"bake", "x.toml", "--progress=json", "--frob"});
+    EXPECT_EQ(outcome.code, 2);
+    ASSERT_EQ(outcome.events().size(), 1U);
+    EXPECT_EQ(outcome.events()[0]["code"], 2);
+}
+
+}  // namespace
+}  // namespace photic::test
