@@ -107,6 +107,7 @@ private:
             tube.direction = direction;
             tube.channels = field.channels().irradiance;
             tube.counts_emission = first;
+            tube.ends_matter = launch_.refine.ends_matter;
             tube.two_sided = surface.mesh != nullptr;
             if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
             const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {

@@ -171,7 +171,7 @@ void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
     OpenBlock& open = open_[static_cast<std::size_t>(s)];
     if (open.triangles.size() >= kBlockTubes || open.params.size() + 3 > kBlockCorners) closeBlock(s);
     double ends[3] = {a.end_distance, b.end_distance, c.end_distance};
-    if (!sameEnd(a, b, c)) {
+    if (light_.ends_matter && !sameEnd(a, b, c)) {
         const bool lit[3] = {a.fate == CornerFate::Lit, b.fate == CornerFate::Lit, c.fate == CornerFate::Lit};
         double first = std::numeric_limits<double>::infinity();
         for (int i = 0; i < 3; ++i)

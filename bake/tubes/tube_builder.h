@@ -20,6 +20,8 @@ struct TubeLight {
     glm::dvec3 direction{0};       ///< unit, of travel
     int channels = 1;              ///< 1: white
     glm::dvec3 absorption{0}, scattering{0};   ///< of the medium that the branch runs through [1/m]; 0 in air
+    bool ends_matter = true;       ///< a tube over two objects stops at the first; false where only planes end light, behind
+                                   ///< which nothing is seen: each ray keeps its own end
     bool two_sided = false;        ///< meshes take light from either side, height fields from above
     bool counts_emission = true;   ///< false for a second branch of the same light: emitted power is counted once
 };
