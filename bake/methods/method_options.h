@@ -18,7 +18,7 @@ namespace photic {
 template <class S>
 struct OptionBinding {
     OptionSpec spec;
-    std::function<void(S&, const OptionValue&)> assign;    ///< of a value that passed checkOption
+    std::function<void(S&, const OptionValue&)> assign;  ///< of a value that passed checkOption
 };
 
 /// Inclusive limits of a number.
@@ -28,24 +28,39 @@ struct OptionRange {
 
 /// A whole or real number: `T` is an integer or floating-point type.
 template <class S, class T>
-    requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>)
-OptionBinding<S> bindOption(std::string name, T S::* field, OptionRange range, std::string unit, std::string help) {
+requires(std::is_arithmetic_v<T> &&
+         !std::is_same_v<T, bool>) OptionBinding<S> bindOption(std::string name, T S::*field, OptionRange range,
+                                                               std::string unit, std::string help) {
     constexpr bool whole = std::is_integral_v<T>;
     OptionBinding<S> b;
-    b.spec = {std::move(name), whole ? OptionType::Integer : OptionType::Number, std::move(unit), {}, range.min, range.max, {}, std::move(help)};
+    b.spec = {std::move(name),
+              whole ? OptionType::Integer : OptionType::Number,
+              std::move(unit),
+              {},
+              range.min,
+              range.max,
+              {},
+              std::move(help)};
     if constexpr (whole)
         b.spec.default_value = static_cast<std::int64_t>(S{}.*field);
     else
         b.spec.default_value = static_cast<double>(S{}.*field);
     b.assign = [field](S& s, const OptionValue& value) {
-        s.*field = std::visit([](const auto& v) -> T { if constexpr (std::is_arithmetic_v<std::decay_t<decltype(v)>>) return static_cast<T>(v); else return T{}; }, value);
+        s.*field = std::visit(
+            [](const auto& v) -> T {
+                if constexpr (std::is_arithmetic_v<std::decay_t<decltype(v)>>)
+                    return static_cast<T>(v);
+                else
+                    return T{};
+            },
+            value);
     };
     return b;
 }
 
 /// A switch.
 template <class S>
-OptionBinding<S> bindOption(std::string name, bool S::* field, std::string help) {
+OptionBinding<S> bindOption(std::string name, bool S::*field, std::string help) {
     OptionBinding<S> b;
     b.spec = {std::move(name), OptionType::Flag, "", S{}.*field, 0, 0, {}, std::move(help)};
     b.assign = [field](S& s, const OptionValue& value) { s.*field = std::get<bool>(value); };
@@ -54,8 +69,9 @@ OptionBinding<S> bindOption(std::string name, bool S::* field, std::string help)
 
 /// One of several names: `T` is an enum.
 template <class S, class T>
-    requires std::is_enum_v<T>
-OptionBinding<S> bindOption(std::string name, T S::* field, std::vector<std::pair<std::string, T>> choices, std::string help) {
+requires std::is_enum_v<T> OptionBinding<S> bindOption(std::string name, T S::*field,
+                                                       std::vector<std::pair<std::string, T>> choices,
+                                                       std::string help) {
     OptionBinding<S> b;
     b.spec = {std::move(name), OptionType::Choice, "", std::string(), 0, 0, {}, std::move(help)};
     for (const auto& [label, value] : choices) {
@@ -84,7 +100,8 @@ std::vector<OptionSpec> optionSpecs(std::span<const OptionBinding<S>> bindings) 
 /// Checks the given options and writes them into `options`; fields that are not given keep their values.
 /// @throws as checkOptions
 template <class S>
-void applyOptions(const std::string& method, S& options, std::span<const OptionBinding<S>> bindings, const GivenOptions& given) {
+void applyOptions(const std::string& method, S& options, std::span<const OptionBinding<S>> bindings,
+                  const GivenOptions& given) {
     checkOptions(method, optionSpecs(bindings), given);
     for (const auto& b : bindings)
         if (const auto it = given.find(b.spec.name); it != given.end()) b.assign(options, it->second.value);

@@ -49,7 +49,8 @@ PhotonPoints::PhotonPoints(PhotonSampling sampling, int dimensions, std::uint64_
 std::array<double, 4> PhotonPoints::at(std::uint64_t index) const {
     std::array<double, 4> x{0.5, 0.5, 0.5, 0.5};
     for (std::size_t j = 0; j < static_cast<std::size_t>(dimensions_); ++j)
-        x[j] = fraction(sampling_ == PhotonSampling::Quasi ? shift_[j] + index * alpha_[j] : mixed(key_ + (4 * index + j) * kGolden));
+        x[j] = fraction(sampling_ == PhotonSampling::Quasi ? shift_[j] + index * alpha_[j]
+                                                           : mixed(key_ + (4 * index + j) * kGolden));
     return x;
 }
 
@@ -85,7 +86,7 @@ glm::dvec3 PhotonLaunch::sunDirection(double a, double b) const {
     concentricDisc(a, b, x, y);
     // Uniform over the solid angle: 1 - cos is proportional to the square of the disc's radius.
     const double s = x * x + y * y, height = s * cap_height_;
-    const double scale = std::sqrt(cap_height_ * (2 - height));    // sin of the angle over the disc's radius
+    const double scale = std::sqrt(cap_height_ * (2 - height));  // sin of the angle over the disc's radius
     return (1 - height) * light_->direction + scale * (x * across_ + y * up_);
 }
 
@@ -106,7 +107,8 @@ PhotonStart PhotonLaunch::start(const std::array<double, 4>& x) const {
 
 void PhotonLaunch::startOnMesh(double u, double v, PhotonStart& out) const {
     const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), u);
-    const auto k = static_cast<std::size_t>(std::min<std::ptrdiff_t>(found - cumulative_.begin(), std::ssize(cumulative_) - 1));
+    const auto k =
+        static_cast<std::size_t>(std::min<std::ptrdiff_t>(found - cumulative_.begin(), std::ssize(cumulative_) - 1));
     const double low = k == 0 ? 0 : cumulative_[k - 1], width = cumulative_[k] - low;
     // What the choice of a triangle left of u is as uniform as u was.
     const double s = std::sqrt(width > 0 ? std::clamp((u - low) / width, 0.0, 1.0) : 0.5);

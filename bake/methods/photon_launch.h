@@ -32,10 +32,10 @@ private:
 /// A photon on its specular surface, before the event.
 struct PhotonStart {
     glm::dvec3 position{0};
-    glm::dvec3 direction{0};       ///< unit, of travel
-    glm::dvec3 normal{0}, face{0}; ///< unit; on the side of ior_above
-    double area = 0;               ///< of the beam that the sample stands for [m2], divided by nothing: the mean over samples is the
-                                   ///< lit cross-section. 0 when the surface turns away from the light
+    glm::dvec3 direction{0};        ///< unit, of travel
+    glm::dvec3 normal{0}, face{0};  ///< unit; on the side of ior_above
+    double area = 0;  ///< of the beam that the sample stands for [m2], divided by nothing: the mean over samples is the
+                      ///< lit cross-section. 0 when the surface turns away from the light
 };
 
 /// One light on one surface: where photons start.
@@ -64,10 +64,10 @@ private:
     const Light* light_;
     LaunchDomain domain_;
     double cross_section_ = 0;
-    glm::dvec3 across_{0}, up_{0};         // with the light's direction, a frame
-    double cap_height_ = 0;                // 1 - cos of the disc's angular radius
-    std::vector<double> cumulative_;       // meshes: of each triangle's share, last is 1
-    std::vector<double> share_;            // [m2], before normalisation
+    glm::dvec3 across_{0}, up_{0};    // with the light's direction, a frame
+    double cap_height_ = 0;           // 1 - cos of the disc's angular radius
+    std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
+    std::vector<double> share_;       // [m2], before normalisation
 };
 
 }  // namespace photic

@@ -42,7 +42,8 @@ void PhotonStatistics::fold(std::vector<TrackAccumulator<Real>>& repetitions, st
 
 template <class Real>
 void PhotonStatistics::foldLeaf(int slot, std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count) {
-    const auto stride = static_cast<std::size_t>(channels_.count()), colours = static_cast<std::size_t>(channels_.irradiance);
+    const auto stride = static_cast<std::size_t>(channels_.count()),
+               colours = static_cast<std::size_t>(channels_.irradiance);
     double*& leaf = leaves_[static_cast<std::size_t>(slot)];
     for (std::size_t r = 0; r < count; ++r) {
         const Real* x = repetitions[r].sums(slot);
@@ -72,7 +73,8 @@ template void PhotonStatistics::fold(std::vector<TrackAccumulator<double>>&, std
 
 PhotonStatistics::Result PhotonStatistics::result() const {
     Result out{LightField(needed_, channels_), LightField(needed_, {1, false}), LightField(needed_, {1, false})};
-    const auto stride = static_cast<std::size_t>(channels_.count()), colours = static_cast<std::size_t>(channels_.irradiance);
+    const auto stride = static_cast<std::size_t>(channels_.count()),
+               colours = static_cast<std::size_t>(channels_.irradiance);
     const double n = repetitions_, volume = needed_->frame().voxelVolume();
     std::vector<std::int64_t> active(static_cast<std::size_t>(needed_->leafCount()), 0);
     forSlots(needed_->leafCount(), [&](int slot) {
@@ -85,11 +87,13 @@ PhotonStatistics::Result PhotonStatistics::result() const {
         float* error = out.standard_error.makeDenseUninitialised(slot, was_empty);
         float* count = out.path_count.makeDenseUninitialised(slot, was_empty);
         for (std::size_t v = 0; v < kVoxels; ++v) {
-            for (std::size_t c = 0; c < stride; ++c) field[c * kVoxels + v] = static_cast<float>(leaf[v * stride + c] / (n * volume));
+            for (std::size_t c = 0; c < stride; ++c)
+                field[c * kVoxels + v] = static_cast<float>(leaf[v * stride + c] / (n * volume));
             double sum = 0;
             for (std::size_t c = 0; c < colours; ++c) sum += leaf[v * stride + c];
             sum /= static_cast<double>(colours);
-            error[v] = static_cast<float>(std::sqrt(std::max(0.0, squares[v] - sum * sum / n) / (n * (n - 1))) / volume);
+            error[v] =
+                static_cast<float>(std::sqrt(std::max(0.0, squares[v] - sum * sum / n) / (n * (n - 1))) / volume);
             count[v] = static_cast<float>(paths[v]);
             active[static_cast<std::size_t>(slot)] += paths[v] > 0;
         }

@@ -9,8 +9,8 @@
 
 namespace photic {
 
-/// Mean, spread and path counts of independent repetitions. Repetitions are folded in their order, so the result does not
-/// depend on who computed them.
+/// Mean, spread and path counts of independent repetitions. Repetitions are folded in their order, so the result does
+/// not depend on who computed them.
 class PhotonStatistics {
 public:
     PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels);
@@ -21,7 +21,7 @@ public:
 
     struct Result {
         LightField field, standard_error, path_count;
-        std::int64_t active_voxels = 0;    ///< crossed by at least one path
+        std::int64_t active_voxels = 0;  ///< crossed by at least one path
     };
     /// Mean fluence rate and flux [W/m2], its standard error (of the channels' mean) and the number of paths.
     Result result() const;
@@ -35,7 +35,7 @@ private:
     int repetitions_ = 0;
     std::size_t leaf_bytes_;
     LeafArena arena_;
-    std::vector<double*> leaves_;    // 512 x channels sums, 512 sums of squares, 512 counts
+    std::vector<double*> leaves_;  // 512 x channels sums, 512 sums of squares, 512 counts
 };
 
 extern template void PhotonStatistics::fold(std::vector<TrackAccumulator<float>>&, std::size_t);

@@ -21,14 +21,19 @@
 namespace photic {
 namespace {
 
-constexpr std::uint64_t kBlock = 1 << 18;    // paths that are put in order and checked for cancellation together
-constexpr unsigned kTiles = 64;              // of the launched patch, a side: a tile's tracks share their voxels in the cache
+constexpr std::uint64_t kBlock = 1 << 18;  // paths that are put in order and checked for cancellation together
+constexpr unsigned kTiles = 64;  // of the launched patch, a side: a tile's tracks share their voxels in the cache
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 double mean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
+
+constexpr double PowerLedger::*kTerms[] = {
+    &PowerLedger::emitted,   &PowerLedger::reflected,        &PowerLedger::absorbed_medium,
+    &PowerLedger::scattered, &PowerLedger::absorbed_surface, &PowerLedger::received,
+    &PowerLedger::escaped,   &PowerLedger::dropped,          &PowerLedger::culled};
 
 /// What one repetition adds up beside the field. Powers are those of the repetition's own estimate.
 struct Tally {
@@ -37,9 +42,7 @@ struct Tally {
     std::int64_t rays = 0, deposited = 0, turned_away = 0;
 
     void add(const Tally& t) {
-        power.emitted += t.power.emitted, power.reflected += t.power.reflected, power.absorbed_medium += t.power.absorbed_medium;
-        power.scattered += t.power.scattered, power.absorbed_surface += t.power.absorbed_surface, power.received += t.power.received;
-        power.escaped += t.power.escaped, power.dropped += t.power.dropped, power.culled += t.power.culled;
+        for (const auto term : kTerms) power.*term += t.power.*term;
         path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
     }
 };
@@ -48,12 +51,17 @@ struct Tally {
 class PhotonTracer {
 public:
     PhotonTracer(const Scene& scene, const GridFrame& frame)
-        : objects_(scene), meshes_(scene, CastAgainst::MeshSurfaces), track_end_(frame),
-          extinction_(scene.medium.extinction()), absorption_(scene.medium.absorption), scattering_(scene.medium.scattering) {}
+        : objects_(scene),
+          meshes_(scene, CastAgainst::MeshSurfaces),
+          track_end_(frame),
+          extinction_(scene.medium.extinction()),
+          absorption_(scene.medium.absorption),
+          scattering_(scene.medium.scattering) {}
 
     /// @param power  of the photon, per channel [W], before anything blocks it
     template <class Real>
-    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator<Real>& field, Tally& tally) const {
+    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power,
+                TrackAccumulator<Real>& field, Tally& tally) const {
         // Behind another part of a specular mesh: that part has launched this light.
         if (!meshes_.empty() && meshes_.firstHit(start.position, -start.direction)) return;
         tally.power.emitted += mean(power);
@@ -64,12 +72,14 @@ public:
         const SpecularEvent event = specularEvent(surface, start.direction, start.normal, start.face);
         tally.power.reflected += event.untraced * mean(power);
         tally.power.dropped += event.dropped * mean(power);
-        for (int b = 0; b < event.count; ++b) followBranch(start.position, event.branches[static_cast<std::size_t>(b)], power, field, tally);
+        for (int b = 0; b < event.count; ++b)
+            followBranch(start.position, event.branches[static_cast<std::size_t>(b)], power, field, tally);
     }
 
 private:
     template <class Real>
-    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving, TrackAccumulator<Real>& field, Tally& tally) const {
+    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving,
+                      TrackAccumulator<Real>& field, Tally& tally) const {
         Track track;
         track.origin = origin, track.direction = branch.direction, track.power = branch.fraction * arriving;
         if (branch.below) track.extinction = extinction_;
@@ -130,44 +140,52 @@ struct Job {
     std::uint64_t paths_a_shift = 0;
 };
 
-std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const PhotonOptions& options, BakeReport& report) {
+std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const PhotonOptions& options,
+                          BakeReport& report) {
     std::vector<Job> jobs;
     double total = 0;
     for (const Surface& surface : scene.surfaces)
         for (const Light& light : scene.lights) {
             PhotonLaunch launch(scene, surface, light, frame);
             if (launch.empty() || mean(light.irradiance) <= 0) {
-                report.skipped.push_back(fmt::format("light '{}' on surface '{}': none of it can reach the grid", light.name, surface.name));
+                report.skipped.push_back(
+                    fmt::format("light '{}' on surface '{}': none of it can reach the grid", light.name, surface.name));
                 continue;
             }
             if (!launch.complete())
-                report.warnings.push_back(fmt::format("light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
-                                                      "launched", light.name, surface.name));
+                report.warnings.push_back(fmt::format(
+                    "light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
+                    "launched",
+                    light.name, surface.name));
             total += launch.crossSection() * mean(light.irradiance);
             jobs.push_back({std::move(launch)});
         }
     for (Job& job : jobs) {
         const double share = job.launch.crossSection() * mean(job.launch.light().irradiance) / total;
-        job.paths_a_shift = static_cast<std::uint64_t>(std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
+        job.paths_a_shift = static_cast<std::uint64_t>(
+            std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
     }
     return jobs;
 }
 
-/// Puts a zero between the low eight bits: two of these interleaved number tiles along a Z curve, which keeps near what is near.
+/// Puts a zero between the low eight bits: two of these interleaved number tiles along a Z curve, which keeps near what
+/// is near.
 std::uint32_t spread(std::uint32_t x) {
     x = (x | x << 4) & 0x0f0f;
     x = (x | x << 2) & 0x3333;
     return (x | x << 1) & 0x5555;
 }
 
-/// Indices of a block of points, tile by tile of the launched patch: neighbouring tracks meet their voxels in the cache.
-/// A counting sort, so the order depends on nothing but the points.
-void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t count, std::vector<std::uint32_t>& tiles, std::vector<std::uint32_t>& order) {
+/// Indices of a block of points, tile by tile of the launched patch: neighbouring tracks meet their voxels in the
+/// cache. A counting sort, so the order depends on nothing but the points.
+void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t count,
+                 std::vector<std::uint32_t>& tiles, std::vector<std::uint32_t>& order) {
     tiles.resize(count), order.resize(count);
     std::vector<std::uint32_t> ends(kTiles * kTiles + 1, 0);
     for (std::uint32_t i = 0; i < count; ++i) {
         const auto x = points.at(first + i);
-        tiles[i] = spread(static_cast<std::uint32_t>(x[0] * kTiles)) * 2 + spread(static_cast<std::uint32_t>(x[1] * kTiles));
+        tiles[i] =
+            spread(static_cast<std::uint32_t>(x[0] * kTiles)) * 2 + spread(static_cast<std::uint32_t>(x[1] * kTiles));
         ++ends[tiles[i] + 1];
     }
     for (std::size_t t = 1; t < ends.size(); ++t) ends[t] += ends[t - 1];
@@ -179,7 +197,8 @@ class ShiftRun {
 public:
     ShiftRun(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor)
         : jobs_(jobs), tracer_(tracer), options_(options), monitor_(monitor) {
-        for (const Job& job : jobs) blocks_ += static_cast<double>((job.paths_a_shift + kBlock - 1) / kBlock) * options.shifts;
+        for (const Job& job : jobs)
+            blocks_ += static_cast<double>((job.paths_a_shift + kBlock - 1) / kBlock) * options.shifts;
     }
 
     template <class Real>
@@ -188,7 +207,8 @@ public:
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
             const Job& job = jobs_[j];
-            const PhotonPoints points(options_.sampling, job.launch.dimensions(), static_cast<std::uint64_t>(options_.seed),
+            const PhotonPoints points(options_.sampling, job.launch.dimensions(),
+                                      static_cast<std::uint64_t>(options_.seed),
                                       static_cast<std::uint64_t>(shift) * jobs_.size() + j);
             const glm::dvec3 irradiance = job.launch.light().irradiance / static_cast<double>(job.paths_a_shift);
             for (std::uint64_t first = 0; first < job.paths_a_shift; first += kBlock) {
@@ -230,8 +250,8 @@ bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
 
 /// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
 template <class Real>
-Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor,
-                const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
+Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options,
+                Monitor& monitor, const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
     const int threads = std::min(threadCount(), options.shifts);
     std::vector<TrackAccumulator<Real>> scratch;
     for (int t = 0; t < threads; ++t) scratch.emplace_back(needed, channels);
@@ -240,7 +260,8 @@ Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const 
     for (int first = 0; first < options.shifts; first += threads) {
         const int wave = std::min(threads, options.shifts - first);
         parallelFor(wave, [&](std::int64_t i) {
-            tallies[static_cast<std::size_t>(first + i)] = shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
+            tallies[static_cast<std::size_t>(first + i)] =
+                shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
         });
         statistics.fold(scratch, static_cast<std::size_t>(wave));
     }
@@ -251,10 +272,7 @@ Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const 
 
 void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
     report.power = total.power;
-    for (double PowerLedger::*term : {&PowerLedger::emitted, &PowerLedger::reflected, &PowerLedger::absorbed_medium, &PowerLedger::scattered,
-                                      &PowerLedger::absorbed_surface, &PowerLedger::received, &PowerLedger::escaped, &PowerLedger::dropped,
-                                      &PowerLedger::culled})
-        report.power.*term /= shifts;
+    for (const auto term : kTerms) report.power.*term /= shifts;
     report.path.expected = total.path / shifts;
     report.corner_rays = total.rays, report.tubes = total.deposited;
 }
@@ -262,23 +280,27 @@ void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
 std::span<const OptionBinding<PhotonOptions>> photonOptions() {
     using O = PhotonOptions;
     static const std::vector<OptionBinding<O>> bindings{
-        bindOption<O, PhotonSampling>("sampling", &O::sampling, {{"quasi", PhotonSampling::Quasi}, {"random", PhotonSampling::Random}},
+        bindOption<O, PhotonSampling>("sampling", &O::sampling,
+                                      {{"quasi", PhotonSampling::Quasi}, {"random", PhotonSampling::Random}},
                                       "points of a quasi-random sequence, or plain random ones for comparison"),
         bindOption("count", &O::count, {1000, 1e12}, "paths", "paths in all, over every light, surface and shift"),
-        bindOption("shifts", &O::shifts, {16, 4096}, "", "independent repetitions, whose spread gives the standard error"),
+        bindOption("shifts", &O::shifts, {16, 4096}, "",
+                   "independent repetitions, whose spread gives the standard error"),
         bindOption("seed", &O::seed, {0, 9007199254740992.0}, "", "of the random numbers"),
     };
     return bindings;
 }
 
 std::string photonRefusal(const Scene& scene) {
-    if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use \"caustic\" and let the renderer add direct light";
+    if (scene.bake.paths == Paths::All)
+        return "paths = \"all\" is not built yet; use \"caustic\" and let the renderer add direct light";
     if (scene.bake.grids.caustic) return "photons have no grid 'caustic'; leave it out of grids";
     if (scene.bake.grids.arrival_time) return "photons have no grid 'arrival_time'; leave it out of grids";
     return specularRefusal(scene);
 }
 
-BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given, Monitor& monitor) {
+BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
+                             Monitor& monitor) {
     PhotonOptions options;
     applyOptions("photons", options, photonOptions(), given);
     return bakePhotons(scene, std::move(needed), options, monitor);
@@ -286,7 +308,8 @@ BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVox
 
 }  // namespace
 
-BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const PhotonOptions& options, Monitor& monitor) {
+BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const PhotonOptions& options,
+                       Monitor& monitor) {
     BakeReport report;
     const auto start = std::chrono::steady_clock::now();
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
@@ -295,8 +318,9 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const PhotonTracer tracer(scene, needed->frame());
 
     PhotonStatistics statistics(needed, channels);
-    const Tally total = crowded(jobs, needed->frame()) ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
-                                                       : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
+    const Tally total = crowded(jobs, needed->frame())
+                            ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
+                            : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
     report.seconds.emplace_back("trace", secondsSince(start));
 
     const auto field_start = std::chrono::steady_clock::now();
@@ -310,16 +334,22 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     report.instruction_set = "portable";
     report.threads = threadCount();
     if (total.turned_away > 0)
-        report.warnings.push_back(fmt::format("{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
-                                              100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
+        report.warnings.push_back(fmt::format(
+            "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
+            100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
     for (const std::string& warning : report.warnings) monitor.warn(warning);
     report.seconds.emplace_back("field", secondsSince(field_start));
-    return {std::move(result.field), std::move(report), std::move(result.standard_error), std::move(result.path_count), std::nullopt};
+    return {std::move(result.field), std::move(report), std::move(result.standard_error), std::move(result.path_count),
+            std::nullopt};
 }
 
 Method photonsMethod() {
-    return {"photons", "Quasi-random photon paths with a standard error per voxel: the reference", {"irradiance", "direction"},
-            optionSpecs(photonOptions()), photonRefusal, bakeFromCatalogue};
+    return {"photons",
+            "Quasi-random photon paths with a standard error per voxel: the reference",
+            {"irradiance", "direction"},
+            optionSpecs(photonOptions()),
+            photonRefusal,
+            bakeFromCatalogue};
 }
 
 }  // namespace photic

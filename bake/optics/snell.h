@@ -10,9 +10,9 @@ namespace photic {
 
 /// What an interface does to one ray.
 struct Interface {
-    glm::dvec3 refracted{0};  ///< unit direction; 0 at total internal reflection
-    glm::dvec3 reflected{0};  ///< unit direction
-    double transmittance = 0; ///< unpolarised power transmittance, (Ts + Tp)/2; 0 at total reflection
+    glm::dvec3 refracted{0};   ///< unit direction; 0 at total internal reflection
+    glm::dvec3 reflected{0};   ///< unit direction
+    double transmittance = 0;  ///< unpolarised power transmittance, (Ts + Tp)/2; 0 at total reflection
 };
 
 /// Snell's law and Fresnel's equations for unpolarised light (Born and Wolf, section 1.5).

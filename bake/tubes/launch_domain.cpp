@@ -15,9 +15,9 @@
 namespace photic {
 namespace {
 
-constexpr double kMaxRun = 50;        // horizontal run per unit of height beyond which light is as good as horizontal
-constexpr int kMaxSamples = 128;      // a side, of the surface
-constexpr double kSlopeMargin = 0.12; // samples an eighth of a wavelength apart miss 7.6 % of the steepest slope
+constexpr double kMaxRun = 50;         // horizontal run per unit of height beyond which light is as good as horizontal
+constexpr int kMaxSamples = 128;       // a side, of the surface
+constexpr double kSlopeMargin = 0.12;  // samples an eighth of a wavelength apart miss 7.6 % of the steepest slope
 
 struct Range {
     double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -35,12 +35,15 @@ Slopes slopesOf(const Surface& surface) {
     const HeightField& field = *surface.height_field;
     if (surface.outside != Outside::None || !std::isfinite(field.featureSize())) slopes.x.add(0), slopes.y.add(0);
     if (std::isfinite(field.featureSize())) {
-        const glm::dvec2 size = surface.size * 1.02;    // a little over the rim, where a map fades out
-        const auto samples = [&](double length) { return std::clamp(static_cast<int>(length / (field.featureSize() * 0.97)) + 1, 24, kMaxSamples); };
+        const glm::dvec2 size = surface.size * 1.02;  // a little over the rim, where a map fades out
+        const auto samples = [&](double length) {
+            return std::clamp(static_cast<int>(length / (field.featureSize() * 0.97)) + 1, 24, kMaxSamples);
+        };
         const int nx = samples(size.x), ny = samples(size.y);
         SurfaceRow row;
         for (int j = 0; j < ny; ++j) {
-            const glm::dvec2 start = glm::dvec2(surface.center) + size * glm::dvec2(0.5 / nx - 0.5, (j + 0.5) / ny - 0.5);
+            const glm::dvec2 start =
+                glm::dvec2(surface.center) + size * glm::dvec2(0.5 / nx - 0.5, (j + 0.5) / ny - 0.5);
             field.row(start, size.x / nx, static_cast<std::size_t>(nx), row);
             for (std::size_t i = 0; i < row.nz.size(); ++i) {
                 const double n_z = std::max(row.nz[i], 1e-300);
@@ -61,11 +64,13 @@ std::vector<glm::dvec3> sunDirections(const Light& light) {
     std::vector<glm::dvec3> directions{light.direction};
     const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180 * 1.1;
     if (radius == 0) return directions;
-    const glm::dvec3 across = glm::normalize(glm::cross(light.direction, std::fabs(light.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 across = glm::normalize(
+        glm::cross(light.direction, std::fabs(light.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     const glm::dvec3 up = glm::cross(across, light.direction);
     for (int k = 0; k < 8; ++k) {
         const double phi = k * std::numbers::pi / 4;
-        directions.push_back(std::cos(radius) * light.direction + std::sin(radius) * (std::cos(phi) * across + std::sin(phi) * up));
+        directions.push_back(std::cos(radius) * light.direction +
+                             std::sin(radius) * (std::cos(phi) * across + std::sin(phi) * up));
     }
     return directions;
 }
@@ -89,7 +94,8 @@ Runs runsOf(const Surface& surface, const Light& light, const Slopes& slopes, bo
     for (const glm::dvec3& direction : sunDirections(light))
         for (int i = 0; i <= kSteps; ++i)
             for (int j = 0; j <= kSteps; ++j) {
-                const glm::dvec3 normal = glm::normalize(glm::dvec3(-slopes.x.at(double(i) / kSteps), -slopes.y.at(double(j) / kSteps), 1));
+                const glm::dvec3 normal =
+                    glm::normalize(glm::dvec3(-slopes.x.at(double(i) / kSteps), -slopes.y.at(double(j) / kSteps), 1));
                 if (glm::dot(direction, normal) >= 0) continue;
                 const Interface event = interfaceAt(direction, normal, surface.ior_above, surface.ior_below);
                 runs.add(upwards ? event.reflected : event.refracted, upwards);
@@ -97,18 +103,21 @@ Runs runsOf(const Surface& surface, const Light& light, const Slopes& slopes, bo
     return runs;
 }
 
-/// Adds the horizontal places at heights [z_low, z_high] from which light with these runs gets into the box. Light travels
-/// down; callers turn the world over for light that goes up.
+/// Adds the horizontal places at heights [z_low, z_high] from which light with these runs gets into the box. Light
+/// travels down; callers turn the world over for light that goes up.
 ///
 /// x = X - drop * run is linear in each of box point, height and run, so its extremes lie on the corners of the box, or
 /// where its edges pass the lowest and highest heights.
-void addReach(const std::array<glm::dvec3, 8>& corners, double z_low, double z_high, const Runs& runs, Range& x, Range& y) {
+void addReach(const std::array<glm::dvec3, 8>& corners, double z_low, double z_high, const Runs& runs, Range& x,
+              Range& y) {
     for (unsigned a = 0; a < 8; ++a)
         for (unsigned axis = 0; axis < 3; ++axis) {
             if (a & (1u << axis)) continue;
             const glm::dvec3 from = corners[a], to = corners[a | (1u << axis)];
             std::array<double, 4> stops{0, 1, 0, 1};
-            if (to.z != from.z) stops[2] = std::clamp((z_low - from.z) / (to.z - from.z), 0.0, 1.0), stops[3] = std::clamp((z_high - from.z) / (to.z - from.z), 0.0, 1.0);
+            if (to.z != from.z)
+                stops[2] = std::clamp((z_low - from.z) / (to.z - from.z), 0.0, 1.0),
+                stops[3] = std::clamp((z_high - from.z) / (to.z - from.z), 0.0, 1.0);
             for (const double s : stops) {
                 const glm::dvec3 p = from + s * (to - from);
                 const double highest_drop = z_high - p.z;
@@ -167,8 +176,11 @@ std::string specularRefusal(const Scene& scene) {
                        std::fabs(a.center[axis] - b.center[axis]) >= 0.5 * (a.size[axis] + b.size[axis]);
             };
             if (!apart(0) && !apart(1))
-                return fmt::format("height fields '{}' and '{}' overlap, and light is refracted once a path for now; bake them as two scenes, "
-                                   "or keep them apart with outside = \"none\"", a.name, b.name);
+                return fmt::format(
+                    "height fields '{}' and '{}' overlap, and light is refracted once a path for now; bake them as two "
+                    "scenes, "
+                    "or keep them apart with outside = \"none\"",
+                    a.name, b.name);
         }
     return {};
 }

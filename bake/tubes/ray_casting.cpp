@@ -34,9 +34,10 @@ using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter>;
 void checkDevice(RTCDevice device, std::size_t triangles) {
     const RTCError error = rtcGetDeviceError(device);
     if (error == RTC_ERROR_NONE) return;
-    throw Error(ErrorCode::Failed,
-                fmt::format("Embree failed with error {} on {} triangles{}", static_cast<int>(error), triangles,
-                            error == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory; simplify the meshes that block light" : ""));
+    throw Error(
+        ErrorCode::Failed,
+        fmt::format("Embree failed with error {} on {} triangles{}", static_cast<int>(error), triangles,
+                    error == RTC_ERROR_OUT_OF_MEMORY ? ": out of memory; simplify the meshes that block light" : ""));
 }
 
 struct CastMesh {
@@ -56,20 +57,25 @@ struct RayCaster::Impl {
     std::vector<CastMesh> meshes;
     std::vector<std::shared_ptr<const TriangleMesh>> keep_alive;
     glm::dvec3 centre{0};
-    double radius = 1;                       // half diagonal of the meshes' bounds [m]: Embree's unit of length
+    double radius = 1;  // half diagonal of the meshes' bounds [m]: Embree's unit of length
     Owned<RTCDevice, DeviceDeleter> device;
-    Owned<RTCScene, SceneDeleter> scene;     // after the device, so that it is released first
+    Owned<RTCScene, SceneDeleter> scene;  // after the device, so that it is released first
 
-    void add(int index, const std::shared_ptr<const TriangleMesh>& mesh, const std::string& name, const std::string& where) {
+    void add(int index, const std::shared_ptr<const TriangleMesh>& mesh, const std::string& name,
+             const std::string& where) {
         if (!mesh || mesh->triangles.empty()) return;
         for (const glm::dvec3& p : mesh->positions)
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-                throw Error(ErrorCode::Input, fmt::format("mesh '{}' has a position ({}, {}, {}) that is not finite; repair the mesh",
-                                                          name, p.x, p.y, p.z), where);
+                throw Error(ErrorCode::Input,
+                            fmt::format("mesh '{}' has a position ({}, {}, {}) that is not finite; repair the mesh",
+                                        name, p.x, p.y, p.z),
+                            where);
         for (const auto& t : mesh->triangles)
             if (std::max({t[0], t[1], t[2]}) >= mesh->positions.size())
-                throw Error(ErrorCode::Input, fmt::format("mesh '{}' has a triangle with vertex {}, but only {} positions", name,
-                                                          std::max({t[0], t[1], t[2]}), mesh->positions.size()), where);
+                throw Error(ErrorCode::Input,
+                            fmt::format("mesh '{}' has a triangle with vertex {}, but only {} positions", name,
+                                        std::max({t[0], t[1], t[2]}), mesh->positions.size()),
+                            where);
         meshes.push_back({index, mesh.get()});
         keep_alive.push_back(mesh);
     }
@@ -85,27 +91,31 @@ struct RayCaster::Impl {
         centre = 0.5 * low + 0.5 * high;
         radius = glm::length(0.5 * high - 0.5 * low);
         if (!std::isfinite(radius))
-            throw Error(ErrorCode::Input, fmt::format("the meshes span {} m; scale them to less than 1e150 m", (high - low).x));
-        if (radius == 0) {    // all in one point: nothing can be hit
+            throw Error(ErrorCode::Input,
+                        fmt::format("the meshes span {} m; scale them to less than 1e150 m", (high - low).x));
+        if (radius == 0) {  // all in one point: nothing can be hit
             meshes.clear();
             return;
         }
 
         device.reset(rtcNewDevice(nullptr));
-        if (!device) throw Error(ErrorCode::Failed, fmt::format("Embree did not start (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));
+        if (!device)
+            throw Error(ErrorCode::Failed,
+                        fmt::format("Embree did not start (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));
         scene.reset(rtcNewScene(device.get()));
         rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-        for (std::size_t id = 0; id < meshes.size(); ++id) attach(*meshes[id].mesh, static_cast<unsigned>(id), triangles);
+        for (std::size_t id = 0; id < meshes.size(); ++id)
+            attach(*meshes[id].mesh, static_cast<unsigned>(id), triangles);
         rtcCommitScene(scene.get());
         checkDevice(device.get(), triangles);
     }
 
     void attach(const TriangleMesh& mesh, unsigned id, std::size_t triangles) const {
         const RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                                     3 * sizeof(float), mesh.positions.size()));
-        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                       3 * sizeof(unsigned), mesh.triangles.size()));
+        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
         if (!vertices || !indices) {
             rtcReleaseGeometry(geometry);
             checkDevice(device.get(), triangles);
@@ -128,7 +138,8 @@ struct RayCaster::Impl {
             if (along == 0) continue;
             const double t = glm::dot(p.plane.point - origin, p.plane.normal) / along;
             const double scale = glm::length(origin) + glm::length(p.plane.point);
-            if (t > 1e-12 * scale && t < best.distance) best = {t, p.object, along < 0 ? p.plane.normal : -p.plane.normal};
+            if (t > 1e-12 * scale && t < best.distance)
+                best = {t, p.object, along < 0 ? p.plane.normal : -p.plane.normal};
         }
     }
 
@@ -143,11 +154,14 @@ struct RayCaster::Impl {
         const glm::dvec3 from = o + start * direction;
 
         RTCRayHit query{};
-        query.ray.org_x = static_cast<float>(from.x), query.ray.org_y = static_cast<float>(from.y), query.ray.org_z = static_cast<float>(from.z);
-        query.ray.dir_x = static_cast<float>(direction.x), query.ray.dir_y = static_cast<float>(direction.y), query.ray.dir_z = static_cast<float>(direction.z);
+        query.ray.org_x = static_cast<float>(from.x), query.ray.org_y = static_cast<float>(from.y),
+        query.ray.org_z = static_cast<float>(from.z);
+        query.ray.dir_x = static_cast<float>(direction.x), query.ray.dir_y = static_cast<float>(direction.y),
+        query.ray.dir_z = static_cast<float>(direction.z);
         query.ray.tnear = start > 0 ? 0.0f : kSelfHitOffset;
         // A little further than asked: the exact distance is compared below.
-        query.ray.tfar = static_cast<float>(std::min(exit - start, best.distance / radius - start)) * (1.0f + 1e-5f) + kSelfHitOffset;
+        query.ray.tfar = static_cast<float>(std::min(exit - start, best.distance / radius - start)) * (1.0f + 1e-5f) +
+                         kSelfHitOffset;
         query.ray.mask = ~0u;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -165,7 +179,8 @@ struct RayCaster::Impl {
 
         const CastMesh& cast = meshes[query.hit.geomID];
         const auto& corner = cast.mesh->triangles[query.hit.primID];
-        const glm::dvec3 &a = cast.mesh->positions[corner[0]], &b = cast.mesh->positions[corner[1]], &c = cast.mesh->positions[corner[2]];
+        const glm::dvec3 &a = cast.mesh->positions[corner[0]], &b = cast.mesh->positions[corner[1]],
+                         &c = cast.mesh->positions[corner[2]];
         glm::dvec3 normal = glm::cross((b - a) / radius, (c - a) / radius);
         const double area = glm::length(normal), along = glm::dot(direction, normal);
         const double coarse = (start + static_cast<double>(query.ray.tfar)) * radius;
@@ -173,10 +188,12 @@ struct RayCaster::Impl {
         if (area > 0 && std::fabs(along) > 1e-4 * area) {
             distance = glm::dot(a - origin, normal) / along;
             // A sliver's plane may be off; Embree's own distance is never wrong by more than this.
-            if (std::fabs(distance - coarse) > 1e-5 * radius / std::min(1.0, std::fabs(along) / area)) distance = coarse;
+            if (std::fabs(distance - coarse) > 1e-5 * radius / std::min(1.0, std::fabs(along) / area))
+                distance = coarse;
         }
         normal = area > 0 ? normal / area : -direction;
-        if (distance < best.distance) best = {std::max(distance, 0.0), cast.object, glm::dot(normal, direction) < 0 ? normal : -normal};
+        if (distance < best.distance)
+            best = {std::max(distance, 0.0), cast.object, glm::dot(normal, direction) < 0 ? normal : -normal};
     }
 };
 

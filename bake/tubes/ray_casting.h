@@ -25,11 +25,12 @@ enum class CastAgainst {
 /// First hit of a ray with the scene's blocking objects (receivers and blockers, never movables).
 /// Meshes go through Embree, planes are intersected in double; both block from either side. Thread-safe.
 ///
-/// Embree works in single precision on coordinates about the meshes' centre in units of their size, so neither a far origin
-/// nor a large or tiny mesh loses digits; the distance is then found again in double on the face that was hit.
+/// Embree works in single precision on coordinates about the meshes' centre in units of their size, so neither a far
+/// origin nor a large or tiny mesh loses digits; the distance is then found again in double on the face that was hit.
 class RayCaster {
 public:
-    /// @throws Error{Failed} when Embree cannot hold the meshes; Error{Input} for a mesh with a position that is not finite
+    /// @throws Error{Failed} when Embree cannot hold the meshes; Error{Input} for a mesh with a position that is not
+    /// finite
     explicit RayCaster(const Scene& scene, CastAgainst what = CastAgainst::BlockingObjects);
     ~RayCaster();
     RayCaster(RayCaster&&) noexcept;
@@ -39,8 +40,8 @@ public:
     /// Only planes block: shadows have no silhouettes inside a convex set of planes.
     bool planesOnly() const;
 
-    /// Hits closer than some 4e-6 of the meshes' size (planes: 1e-12 of the distance to the world's origin) are taken for the
-    /// face that the ray starts on, and ignored.
+    /// Hits closer than some 4e-6 of the meshes' size (planes: 1e-12 of the distance to the world's origin) are taken
+    /// for the face that the ray starts on, and ignored.
     ///
     /// @param origin        world [m]
     /// @param direction     unit

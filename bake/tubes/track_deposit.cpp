@@ -78,7 +78,9 @@ TrackAccumulator<Real>::TrackAccumulator(TrackAccumulator&&) noexcept = default;
 template <class Real>
 const std::uint32_t* TrackAccumulator<Real>::counts(int slot) const {
     const Real* leaf = leaves_[static_cast<std::size_t>(slot)];
-    return leaf ? reinterpret_cast<const std::uint32_t*>(leaf + kLeafVoxels * static_cast<std::size_t>(channels_.count())) : nullptr;
+    return leaf ? reinterpret_cast<const std::uint32_t*>(leaf +
+                                                         kLeafVoxels * static_cast<std::size_t>(channels_.count()))
+                : nullptr;
 }
 
 template <class Real>
@@ -98,7 +100,8 @@ Real* TrackAccumulator<Real>::leafAt(int slot) {
 }
 
 template <class Real>
-bool TrackAccumulator<Real>::clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin, double& end) const {
+bool TrackAccumulator<Real>::clipTo(const Ray& ray, const glm::dvec3& low, const glm::dvec3& high, double& begin,
+                                    double& end) const {
     for (int a = 0; a < 3; ++a) {
         if (ray.direction[a] == 0) {
             if (ray.origin[a] < low[a] || ray.origin[a] >= high[a]) return false;
@@ -113,9 +116,11 @@ bool TrackAccumulator<Real>::clipTo(const Ray& ray, const glm::dvec3& low, const
 }
 
 template <class Real>
-bool TrackAccumulator<Real>::clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
+bool TrackAccumulator<Real>::clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin,
+                                  double& end) const {
     begin = 0, end = std::numeric_limits<double>::infinity();
-    return clipTo({index_from_world_ * (origin - origin_world_) + 0.5, index_from_world_ * direction}, box_low_, box_high_, begin, end);
+    return clipTo({index_from_world_ * (origin - origin_world_) + 0.5, index_from_world_ * direction}, box_low_,
+                  box_high_, begin, end);
 }
 
 template <class Real>
@@ -127,16 +132,21 @@ DepositedTrack TrackAccumulator<Real>::deposit(const Track& track) {
     const bool medium = track.extinction != glm::dvec3(0);
     DepositedTrack out;
     if (channels_.irradiance == 1)
-        out = channels_.flux ? medium ? walk<1, true, true>(track, ray, begin, end) : walk<1, true, false>(track, ray, begin, end)
-                             : medium ? walk<1, false, true>(track, ray, begin, end) : walk<1, false, false>(track, ray, begin, end);
+        out = channels_.flux
+                  ? medium ? walk<1, true, true>(track, ray, begin, end) : walk<1, true, false>(track, ray, begin, end)
+              : medium ? walk<1, false, true>(track, ray, begin, end)
+                       : walk<1, false, false>(track, ray, begin, end);
     else
-        out = channels_.flux ? medium ? walk<3, true, true>(track, ray, begin, end) : walk<3, true, false>(track, ray, begin, end)
-                             : medium ? walk<3, false, true>(track, ray, begin, end) : walk<3, false, false>(track, ray, begin, end);
+        out = channels_.flux
+                  ? medium ? walk<3, true, true>(track, ray, begin, end) : walk<3, true, false>(track, ray, begin, end)
+              : medium ? walk<3, false, true>(track, ray, begin, end)
+                       : walk<3, false, false>(track, ray, begin, end);
     // With every voxel needed the ledger does not trust the walk.
     if (needed_->isEverything()) {
         out.path = 0;
         for (int c = 0; c < channels_.irradiance; ++c)
-            out.path += track.power[c] * meanTransmittance(track.extinction[c], begin, end - begin) * (end - begin) / channels_.irradiance;
+            out.path += track.power[c] * meanTransmittance(track.extinction[c], begin, end - begin) * (end - begin) /
+                        channels_.irradiance;
     }
     return out;
 }
@@ -146,7 +156,8 @@ template <int Channels, bool Flux, bool Medium>
 DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, double begin, double end) {
     constexpr int kStride = Channels + (Flux ? 3 : 0);
 
-    // The first voxel; rounding may put the entry a hair outside. `next` is where the track leaves its voxel across each axis.
+    // The first voxel; rounding may put the entry a hair outside. `next` is where the track leaves its voxel across
+    // each axis.
     glm::ivec3 voxel;
     double next[3], delta[3];
     bool up[3];
@@ -171,7 +182,8 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
         weight[c] = static_cast<Real>(track.power[c]);
     }
     if constexpr (Flux)
-        for (int a = 0; a < 3; ++a) weight[Channels + a] = static_cast<Real>((Channels == 1 ? mean_power : 1.0) * track.direction[a]);
+        for (int a = 0; a < 3; ++a)
+            weight[Channels + a] = static_cast<Real>((Channels == 1 ? mean_power : 1.0) * track.direction[a]);
 
     DepositedTrack out;
     double t = begin, path = 0;
@@ -198,7 +210,8 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
                     }
                 }
                 if (full || (slot >= 0 && NeededVoxels::maskBit(mask, offset))) {
-                    if (!leaf) leaf = leafAt(slot), counts = reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride);
+                    if (!leaf)
+                        leaf = leafAt(slot), counts = reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride);
                     Real* sum = leaf + offset * kStride;
                     out.touched = true;
                     ++counts[offset];

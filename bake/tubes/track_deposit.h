@@ -15,23 +15,23 @@ class LeafArena;
 
 /// A straight piece of a photon's path.
 struct Track {
-    glm::dvec3 origin{0};        ///< world [m]
-    glm::dvec3 direction{0};     ///< unit, world
-    glm::dvec3 power{0};         ///< at `origin`, per channel [W]; white light uses the first
-    glm::dvec3 extinction{0};    ///< of the medium, per channel [1/m]; from `origin` on
-    double begin = 0, end = 0;   ///< of the deposit, along the track [m]
+    glm::dvec3 origin{0};       ///< world [m]
+    glm::dvec3 direction{0};    ///< unit, world
+    glm::dvec3 power{0};        ///< at `origin`, per channel [W]; white light uses the first
+    glm::dvec3 extinction{0};   ///< of the medium, per channel [1/m]; from `origin` on
+    double begin = 0, end = 0;  ///< of the deposit, along the track [m]
 };
 
 /// What a track left in the grid.
 struct DepositedTrack {
-    bool touched = false;    ///< at least one needed voxel was crossed
-    double path = 0;         ///< integral of power along the track through needed voxels [W m], mean of the channels; found
-                             ///< from the track's ends alone where every voxel of the grid is needed
+    bool touched = false;  ///< at least one needed voxel was crossed
+    double path = 0;  ///< integral of power along the track through needed voxels [W m], mean of the channels; found
+                      ///< from the track's ends alone where every voxel of the grid is needed
 };
 
-/// Sums photon tracks on needed voxels: per voxel the integral of power along the tracks inside it [W m] (which is fluence
-/// rate x volume), the same times direction, and the number of tracks. Memory follows the leaves that are crossed.
-/// One thread at a time.
+/// Sums photon tracks on needed voxels: per voxel the integral of power along the tracks inside it [W m] (which is
+/// fluence rate x volume), the same times direction, and the number of tracks. Memory follows the leaves that are
+/// crossed. One thread at a time.
 ///
 /// @tparam Real  of the sums: float is faster, but n equal deposits in a voxel may be off by n x 3e-8
 template <class Real>
@@ -67,12 +67,12 @@ private:
     FieldChannels channels_;
     glm::dmat3 index_from_world_;
     glm::dvec3 origin_world_;
-    glm::dvec3 box_low_, box_high_;          // of the grid, in index space with voxel (i,j,k) at [i, i+1)
-    glm::dvec3 needed_low_, needed_high_;    // of the needed leaves
+    glm::dvec3 box_low_, box_high_;        // of the grid, in index space with voxel (i,j,k) at [i, i+1)
+    glm::dvec3 needed_low_, needed_high_;  // of the needed leaves
     std::size_t leaf_bytes_;
     std::unique_ptr<LeafArena> arena_;
     std::vector<Real*> leaves_;
-    std::vector<std::uint8_t> full_;         // NeededVoxels::leafFull, which is too slow to ask at every leaf
+    std::vector<std::uint8_t> full_;  // NeededVoxels::leafFull, which is too slow to ask at every leaf
 };
 
 extern template class TrackAccumulator<float>;

@@ -12,8 +12,8 @@
 
 namespace photic {
 
-/// Layers of voxels beyond the one in which a receiver or blocker is hit that light goes on to fill. Without them a trilinear
-/// look-up on the receiver would mix in darkness from behind it: half of the light is lost there.
+/// Layers of voxels beyond the one in which a receiver or blocker is hit that light goes on to fill. Without them a
+/// trilinear look-up on the receiver would mix in darkness from behind it: half of the light is lost there.
 inline constexpr double kOvershootVoxels = 2;
 
 /// No track goes on further than this past a hit, in voxels along its own main axis: light that grazes a wall
@@ -28,8 +28,8 @@ public:
 
     /// Distance [m] along the track at which its deposit ends.
     ///
-    /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole layers
-    /// behind the hit voxel are crossed by every track, whatever its slant.
+    /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole
+    /// layers behind the hit voxel are crossed by every track, whatever its slant.
     /// @param direction  unit, world
     /// @return infinity without a hit
     double operator()(const glm::dvec3& origin, const glm::dvec3& direction, const RayHit& hit) const {

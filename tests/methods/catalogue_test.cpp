@@ -48,7 +48,8 @@ std::string complaint(const std::string& name, const OptionValue& value) {
 }
 
 ::testing::AssertionResult has(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos ? ::testing::AssertionSuccess() : ::testing::AssertionFailure() << "\"" << text << "\" lacks " << part;
+    return text.find(part) != std::string::npos ? ::testing::AssertionSuccess()
+                                                : ::testing::AssertionFailure() << "\"" << text << "\" lacks " << part;
 }
 
 TEST(MethodOptions, DefaultsComeFromTheStruct) {
@@ -66,7 +67,10 @@ TEST(MethodOptions, DefaultsComeFromTheStruct) {
 }
 
 TEST(MethodOptions, GivenValuesAreWritten) {
-    const Toy toy = given({{"fast", {false, ""}}, {"steps", {std::int64_t{7}, ""}}, {"width", {std::int64_t{1}, ""}}, {"colour", {std::string("red"), ""}},
+    const Toy toy = given({{"fast", {false, ""}},
+                           {"steps", {std::int64_t{7}, ""}},
+                           {"width", {std::int64_t{1}, ""}},
+                           {"colour", {std::string("red"), ""}},
                            {"many", {5e9, ""}}});
     EXPECT_FALSE(toy.fast);
     EXPECT_EQ(toy.steps, 7);

@@ -35,7 +35,8 @@ double layerMean(const LightField& field, int k, int channel, int rim = 0) {
     double sum = 0;
     int n = 0;
     for (int i = field.frame().min.x + rim; i <= field.frame().max.x - rim; ++i)
-        for (int j = field.frame().min.y + rim; j <= field.frame().max.y - rim; ++j, ++n) sum += double(field.value({i, j, k}, channel));
+        for (int j = field.frame().min.y + rim; j <= field.frame().max.y - rim; ++j, ++n)
+            sum += double(field.value({i, j, k}, channel));
     return sum / n;
 }
 
@@ -93,7 +94,8 @@ TEST(Photons, OnlyWhatIsAskedForIsComputed) {
     EXPECT_NEAR(layerMean(r.field, 4, 0) / plane(0.3).meanFluence(0, 1), 1, 2e-3);
 }
 
-// The wave of DESIGN 8 against its closed form: scores of voxels must be those of Student's t with shifts - 1 degrees of freedom.
+// The wave of DESIGN 8 against its closed form: scores of voxels must be those of Student's t with shifts - 1 degrees
+// of freedom.
 struct WaveCase {
     static constexpr double kAmplitude = 0.03, kWavenumber = 2 * std::numbers::pi / 0.5;
     static constexpr int kSize = 24, kHeight = 16;
@@ -106,7 +108,7 @@ struct WaveCase {
 /// Scores of all voxels with at least 25 paths, over `runs` seeds: tracks are shared by many voxels, so one run's
 /// chi^2 says little.
 struct Scores {
-    double chi2 = 0, bias = 0;    ///< chi^2 / n, brought to 1 for `shifts` repetitions; relative error of all light
+    double chi2 = 0, bias = 0;  ///< chi^2 / n, brought to 1 for `shifts` repetitions; relative error of all light
     double beyond3 = 0, beyond6 = 0;
 };
 
@@ -115,12 +117,14 @@ Scores scoresOf(const WaveCase& wave, PhotonSampling sampling, int runs, int shi
     double n = 0, exact_sum = 0;
     for (int seed = 0; seed < runs; ++seed) {
         Monitor monitor;
-        const BakeResult r = bakePhotons(wave.scene, everything(wave.frame), {sampling, shifts * paths_a_shift, shifts, seed}, monitor);
+        const BakeResult r =
+            bakePhotons(wave.scene, everything(wave.frame), {sampling, shifts * paths_a_shift, shifts, seed}, monitor);
         EXPECT_LT(r.report.path.imbalance(), 1e-6);
         for (int i = 0; i < WaveCase::kSize; ++i)
             for (int j = 0; j < 4; ++j)
                 for (int k = 0; k < WaveCase::kHeight; ++k) {
-                    const double exact = wave.exact.fluence[wave.exact.index(i, k)], found = double(r.field.value({i, j, k}, 0));
+                    const double exact = wave.exact.fluence[wave.exact.index(i, k)],
+                                 found = double(r.field.value({i, j, k}, 0));
                     s.bias += found - exact, exact_sum += exact;
                     if (r.path_count->value({i, j, k}, 0) < 25) continue;
                     const double z = (found - exact) / double(r.standard_error->value({i, j, k}, 0));
@@ -156,7 +160,8 @@ TEST(Photons, QuasiRandomPointsConvergeFaster) {
             for (int i = 0; i < WaveCase::kSize; ++i)
                 for (int j = 0; j < 4; ++j)
                     for (int k = 0; k < WaveCase::kHeight - 1; ++k)
-                        sum += std::pow(double(r.field.value({i, j, k}, 0)) - wave.exact.fluence[wave.exact.index(i, k)], 2);
+                        sum += std::pow(
+                            double(r.field.value({i, j, k}, 0)) - wave.exact.fluence[wave.exact.index(i, k)], 2);
         }
         return std::sqrt(sum);
     };
@@ -174,7 +179,8 @@ bool sameBits(const LightField& a, const LightField& b) {
     for (int s = 0; s < a.leafCount(); ++s) {
         if (a.state(s) != b.state(s)) return false;
         if (a.state(s) == LeafState::Dense &&
-            std::memcmp(a.dense(s), b.dense(s), sizeof(float) * 512 * static_cast<std::size_t>(a.channels().count())) != 0)
+            std::memcmp(a.dense(s), b.dense(s), sizeof(float) * 512 * static_cast<std::size_t>(a.channels().count())) !=
+                0)
             return false;
     }
     return true;
@@ -208,7 +214,8 @@ TEST(Photons, BlockersAboveTheWaterCastShadows) {
                      meshObject(rectangle({-5, -5, 2}, {10, 0, 0}, {0, 10, 0}), Role::Movable)};
     const BakeResult r = bake(scene, everything(frame), 100000);
     const double lit = plane(0).horizontal(0);
-    for (int i = 0; i < 10; ++i) EXPECT_NEAR(double(r.field.value({i, 4, 2}, 0)), i < 5 ? 0 : lit, i < 5 ? 0 : 0.02 * lit) << i;
+    for (int i = 0; i < 10; ++i)
+        EXPECT_NEAR(double(r.field.value({i, 4, 2}, 0)), i < 5 ? 0 : lit, i < 5 ? 0 : 0.02 * lit) << i;
     EXPECT_NEAR(r.report.power.absorbed_surface / r.report.power.emitted, 0.5, 1e-3);
     EXPECT_LT(r.report.power.imbalance(), 1e-12);
 }
@@ -222,7 +229,8 @@ TEST(Photons, TracksGoOnTwoLayersPastAReceiver) {
         scene.objects = {planeObject({0, 0, floor}, {0, 0, 1})};
         const BakeResult r = bake(scene, everything(frame), 200000);
         const double lit = plane(zenith).meanFluence(0, 0.1);
-        for (int k = 0; k < 10; ++k) EXPECT_NEAR(layerMean(r.field, k, 0), k < 3 ? 0 : lit, k < 3 ? 0 : 5e-4 * lit) << k << " floor " << floor;
+        for (int k = 0; k < 10; ++k)
+            EXPECT_NEAR(layerMean(r.field, k, 0), k < 3 ? 0 : lit, k < 3 ? 0 : 5e-4 * lit) << k << " floor " << floor;
         EXPECT_NEAR(r.report.power.received + r.report.power.escaped + r.report.power.culled + r.report.power.reflected,
                     r.report.power.emitted, 1e-9);
         EXPECT_GT(r.report.power.received, 0.5 * r.report.power.emitted);
@@ -256,7 +264,8 @@ TEST(Photons, ShearedGridHoldsTheSameLight) {
     sheared.origin_world += glm::dvec3(-0.8 * run, 0);
     const BakeResult a = bake(scene, everything(aligned), 100000), s = bake(scene, everything(sheared), 100000);
     EXPECT_NEAR(a.report.path.deposited, s.report.path.deposited, 1e-7 * a.report.path.deposited);
-    for (int c = 1; c < 4; ++c) EXPECT_NEAR(a.field.sum(c), s.field.sum(c), 1e-6 * a.field.sum(0)) << "world axes, not the grid's";
+    for (int c = 1; c < 4; ++c)
+        EXPECT_NEAR(a.field.sum(c), s.field.sum(c), 1e-6 * a.field.sum(0)) << "world axes, not the grid's";
     // Along the light the spot stands still.
     const double top = layerMean(s.field, 15, 0), bottom = layerMean(s.field, 0, 0);
     EXPECT_NEAR(top, bottom, 2e-3 * top);
@@ -271,7 +280,8 @@ TEST(Photons, SparseNeedsGetTheSameValues) {
         for (int j = 0; j < 4; ++j) band.addColumn(i, j, 3 + i % 3, 6);
     band.finish();
     const auto sparse_needed = std::make_shared<const NeededVoxels>(band);
-    const BakeResult full = bake(wave.scene, everything(wave.frame), 60000), sparse = bake(wave.scene, sparse_needed, 60000);
+    const BakeResult full = bake(wave.scene, everything(wave.frame), 60000),
+                     sparse = bake(wave.scene, sparse_needed, 60000);
     for (int i = 0; i < WaveCase::kSize; ++i)
         for (int j = 0; j < 4; ++j)
             for (int k = 0; k < WaveCase::kHeight; ++k) {
@@ -289,7 +299,7 @@ TEST(Photons, SparseNeedsGetTheSameValues) {
 TEST(Photons, ReflectedLightRises) {
     Scene scene = waterScene(1.0);
     scene.surfaces[0].event = SurfaceEvent::Reflect;
-    scene.medium.absorption = glm::dvec3(5);    // below: no business of light in air
+    scene.medium.absorption = glm::dvec3(5);  // below: no business of light in air
     const GridFrame frame = boxFrame({-0.5, -0.5, 0}, {10, 10, 10}, glm::dvec3(0.1));
     const BakeResult r = bake(scene, everything(frame), 100000);
     const double reflectance = 1 - truth::fresnelTransmittance(std::cos(1.0), 1, 1.333);
@@ -324,20 +334,25 @@ TEST(Photons, MeshWaterActsLikeAHeightField) {
     EXPECT_NEAR(a.report.power.emitted, 0.36 * std::cos(0.6), 1e-9);
     EXPECT_NEAR(a.report.path.deposited, b.report.path.deposited, 2e-3 * a.report.path.deposited);
     for (int k = 0; k < 5; ++k)
-        for (int i = 0; i < 10; ++i) EXPECT_NEAR(double(a.field.value({i, 5, k}, 0)), double(b.field.value({i, 5, k}, 0)), 0.015) << i << ' ' << k;
+        for (int i = 0; i < 10; ++i)
+            EXPECT_NEAR(double(a.field.value({i, 5, k}, 0)), double(b.field.value({i, 5, k}, 0)), 0.015)
+                << i << ' ' << k;
 }
 
 TEST(Photons, MeshesTakeLightFromEitherSideAndShadowThemselves) {
     Scene scene = waterScene(0);
-    // Turned over: the normal looks down, so light comes from the side of ior_below = 1.333 and leaves into ior_above = 1.
+    // Turned over: the normal looks down, so light comes from the side of ior_below = 1.333 and leaves into ior_above
+    // = 1.
     scene.surfaces[0].height_field = nullptr;
     scene.surfaces[0].mesh = rectangle({-0.3, -0.3, 0}, {0, 0.6, 0}, {0.6, 0, 0});
     scene.surfaces[0].ior_above = 1.333, scene.surfaces[0].ior_below = 1.0;
     scene.medium.absorption = glm::dvec3(3);
     const GridFrame frame = boxFrame({-0.5, -0.5, -0.5}, {10, 10, 5}, glm::dvec3(0.1));
     const BakeResult turned = bake(scene, everything(frame), 50000);
-    EXPECT_EQ(turned.report.power.absorbed_medium, 0) << "the medium is on the side of ior_below, which the light came from";
-    EXPECT_NEAR(turned.report.power.reflected / turned.report.power.emitted, 1 - truth::fresnelTransmittance(1, 1, 1.333), 1e-9);
+    EXPECT_EQ(turned.report.power.absorbed_medium, 0)
+        << "the medium is on the side of ior_below, which the light came from";
+    EXPECT_NEAR(turned.report.power.reflected / turned.report.power.emitted,
+                1 - truth::fresnelTransmittance(1, 1, 1.333), 1e-9);
 
     // A second sheet right behind the first: it is lit by nothing, and the first sheet's light ends on it.
     auto two = std::make_shared<TriangleMesh>(*rectangle({-0.3, -0.3, 0}, {0.6, 0, 0}, {0, 0.6, 0}));

@@ -78,7 +78,8 @@ TEST(Snell, BothSidesTransmitAlike) {
         const Interface in = interfaceAt(downwards(angle), kUp, 1.0, 1.333);
         const Interface out = interfaceAt(in.refracted, kUp, 1.333, 1.0);
         EXPECT_NEAR(in.transmittance, out.transmittance, 1e-12);
-        EXPECT_NEAR(glm::distance(out.refracted, downwards(angle)), 0, 1e-10) << "the path is not reversible at " << angle;
+        EXPECT_NEAR(glm::distance(out.refracted, downwards(angle)), 0, 1e-10)
+            << "the path is not reversible at " << angle;
     }
 }
 

@@ -27,7 +27,9 @@ public:
     double minZ() const override { return -2 * a_; }
     double maxZ() const override { return 2 * a_; }
     double maxDisplacement() const override { return d_; }
-    double featureSize() const override { return a_ == 0 ? std::numeric_limits<double>::infinity() : 2 * M_PI / k_ / 8; }
+    double featureSize() const override {
+        return a_ == 0 ? std::numeric_limits<double>::infinity() : 2 * M_PI / k_ / 8;
+    }
 
 private:
     double a_, d_, k_ = 7;
@@ -69,7 +71,8 @@ LaunchDomain byTrying(const Pool& s, double disc_deg) {
     std::uniform_real_distribution<double> unit(-1, 1);
     for (int k = 0; k < 150000; ++k) {
         const glm::dvec2 uv = 7.0 * glm::dvec2(unit(random), unit(random));
-        const glm::dvec3 wobble = std::tan(0.5 * disc_deg * M_PI / 180) * 0.57 * glm::dvec3(unit(random), unit(random), unit(random));
+        const glm::dvec3 wobble =
+            std::tan(0.5 * disc_deg * M_PI / 180) * 0.57 * glm::dvec3(unit(random), unit(random), unit(random));
         const glm::dvec3 direction = glm::normalize(s.scene.lights[0].direction + wobble);
         const SurfacePoint p = s.scene.surfaces[0].height_field->at(uv);
         const glm::dvec3 normal = glm::normalize(p.normal);
@@ -153,7 +156,9 @@ TEST(SpecularEvent, SharesOutAllPower) {
             else
                 surface.height_field = std::make_shared<Waves>(0, 0);
             for (int k = 0; k < 2000; ++k) {
-                const auto any = [&] { return glm::normalize(glm::dvec3(normal(random), normal(random), normal(random))); };
+                const auto any = [&] {
+                    return glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+                };
                 glm::dvec3 face = any(), d = any();
                 if (!mesh && face.z < 0) face = -face;
                 if (!mesh && glm::dot(d, face) > 0) d = -d;

@@ -37,12 +37,15 @@ TriangleMesh bumpySphere(int n, const glm::dvec3& centre, double radius) {
     TriangleMesh mesh;
     for (int j = 0; j <= n; ++j)
         for (int i = 0; i <= n; ++i) {
-            const double theta = M_PI * j / n, phi = 2 * M_PI * (i % n) / n, r = radius * (1 + 0.2 * std::sin(5 * phi) * std::sin(4 * theta));
-            mesh.positions.push_back(centre + r * glm::dvec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)));
+            const double theta = M_PI * j / n, phi = 2 * M_PI * (i % n) / n,
+                         r = radius * (1 + 0.2 * std::sin(5 * phi) * std::sin(4 * theta));
+            mesh.positions.push_back(centre + r * glm::dvec3(std::sin(theta) * std::cos(phi),
+                                                             std::sin(theta) * std::sin(phi), std::cos(theta)));
         }
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < n; ++i) {
-            const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1, c = a + static_cast<std::uint32_t>(n) + 1, d = c + 1;
+            const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1,
+                       c = a + static_cast<std::uint32_t>(n) + 1, d = c + 1;
             mesh.triangles.push_back({a, c, b}), mesh.triangles.push_back({b, c, d});
         }
     return mesh;
@@ -54,7 +57,8 @@ double bruteForce(const TriangleMesh& mesh, const glm::dvec3& o, const glm::dvec
     for (const auto& t : mesh.triangles) {
         const glm::dvec3 a = mesh.positions[t[0]], e1 = mesh.positions[t[1]] - a, e2 = mesh.positions[t[2]] - a;
         const glm::dvec3 p = glm::cross(d, e2), s = o - a, q = glm::cross(s, e1);
-        const double det = glm::dot(e1, p), u = glm::dot(s, p) / det, v = glm::dot(d, q) / det, w = glm::dot(e2, q) / det;
+        const double det = glm::dot(e1, p), u = glm::dot(s, p) / det, v = glm::dot(d, q) / det,
+                     w = glm::dot(e2, q) / det;
         if (u >= 0 && v >= 0 && u + v <= 1 && w > from) best = std::min(best, w);
     }
     return best;
@@ -81,12 +85,14 @@ TEST(RayCasting, PlanesAreHitFromBothSides) {
     EXPECT_FALSE(caster.firstHit({0, 0, 1}, {1, 0, 0}));
     EXPECT_FALSE(caster.firstHit({0, 0, 1}, {0, 0, -1}, 2.0)) << "a hit at the limit is ignored";
     EXPECT_TRUE(caster.firstHit({0, 0, 1}, {0, 0, -1}, 2.0000001));
-    EXPECT_EQ(caster.firstHit({0.3, 0.7, -1}, {0, 0, -1}).object, 1) << "a ray does not hit the plane that it starts on";
+    EXPECT_EQ(caster.firstHit({0.3, 0.7, -1}, {0, 0, -1}).object, 1)
+        << "a ray does not hit the plane that it starts on";
 }
 
 TEST(RayCasting, MovablesAndEmptyMeshesNeverBlock) {
     EXPECT_TRUE(RayCaster(Scene{}).empty());
-    const RayCaster caster(sceneOf({planeAt({0, 0, -1}, {0, 0, 1}, Role::Movable), meshOf({}), meshOf(bumpySphere(8, {}, 1), Role::Movable)}));
+    const RayCaster caster(sceneOf(
+        {planeAt({0, 0, -1}, {0, 0, 1}, Role::Movable), meshOf({}), meshOf(bumpySphere(8, {}, 1), Role::Movable)}));
     EXPECT_TRUE(caster.empty());
     EXPECT_FALSE(caster.firstHit({0, 0, 5}, {0, 0, -1}));
     TriangleMesh point;
@@ -98,14 +104,15 @@ TEST(RayCasting, MovablesAndEmptyMeshesNeverBlock) {
 TEST(RayCasting, MeshesAgreeWithBruteForceAtAnyScale) {
     Rays rays;
     for (const double radius : {1e-6, 1.0, 1e9}) {
-        const glm::dvec3 centre = radius * glm::dvec3(300, -200, 50);    // far from the world's origin for its size
+        const glm::dvec3 centre = radius * glm::dvec3(300, -200, 50);  // far from the world's origin for its size
         const TriangleMesh mesh = bumpySphere(24, centre, radius);
         const RayCaster caster(sceneOf({planeAt({0, 0, -1e15}, {0, 0, 1}), meshOf(mesh)}));
         EXPECT_FALSE(caster.planesOnly());
         int hits = 0, disagree = 0;
         for (int k = 0; k < 2000; ++k) {
             const glm::dvec3 origin = centre + radius * (k % 2 ? 3.0 : 0.2) * rays.direction();
-            const glm::dvec3 target = centre + 0.9 * radius * rays.direction(), direction = glm::normalize(target - origin);
+            const glm::dvec3 target = centre + 0.9 * radius * rays.direction(),
+                             direction = glm::normalize(target - origin);
             const double exact = bruteForce(mesh, origin, direction, 1e-5 * radius);
             const RayHit hit = caster.firstHit(origin, direction, 100 * radius);
             ASSERT_TRUE(hit || !std::isfinite(exact)) << "leaked through at scale " << radius;
@@ -142,9 +149,11 @@ TEST(RayCasting, RaysFromASurfaceDoNotHitIt) {
     const RayCaster caster(sceneOf({meshOf(mesh)}));
     Rays rays;
     for (const auto& t : mesh.triangles) {
-        const glm::dvec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]], area = glm::cross(b - a, c - a);
+        const glm::dvec3 a = mesh.positions[t[0]], b = mesh.positions[t[1]], c = mesh.positions[t[2]],
+                         area = glm::cross(b - a, c - a);
         if (glm::length(area) < 1e-9) continue;
-        const glm::dvec3 point = 0.3 * a + 0.3 * b + 0.4 * c, out = glm::normalize(area) * (glm::dot(area, point - 7.0) > 0 ? 1.0 : -1.0);
+        const glm::dvec3 point = 0.3 * a + 0.3 * b + 0.4 * c,
+                         out = glm::normalize(area) * (glm::dot(area, point - 7.0) > 0 ? 1.0 : -1.0);
         const RayHit hit = caster.firstHit(point, out);
         EXPECT_TRUE(!hit || hit.distance > 1e-3) << hit.distance;
     }
@@ -156,7 +165,8 @@ TEST(RayCasting, NoLeakBetweenTriangles) {
     const RayCaster caster(sceneOf({meshOf(mesh)}));
     for (const auto& t : mesh.triangles)
         for (int k = 0; k < 3; ++k) {
-            const glm::dvec3 a = mesh.positions[t[static_cast<std::size_t>(k)]], b = mesh.positions[t[static_cast<std::size_t>((k + 1) % 3)]];
+            const glm::dvec3 a = mesh.positions[t[static_cast<std::size_t>(k)]],
+                             b = mesh.positions[t[static_cast<std::size_t>((k + 1) % 3)]];
             for (const glm::dvec3& target : {a, 0.5 * (a + b), 0.25 * a + 0.75 * b}) {
                 const RayHit hit = caster.firstHit(glm::dvec3(0), glm::normalize(target));
                 ASSERT_TRUE(hit) << "leaked";

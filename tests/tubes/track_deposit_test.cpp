@@ -26,7 +26,8 @@ Track randomTrack(std::mt19937_64& random, const GridFrame& frame) {
     std::normal_distribution<double> normal;
     Track t;
     t.direction = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
-    const glm::dvec3 aim = frame.worldFromIndex(glm::dvec3(frame.min) + glm::dvec3(frame.size()) * glm::dvec3(unit(random), unit(random), unit(random)));
+    const glm::dvec3 aim = frame.worldFromIndex(
+        glm::dvec3(frame.min) + glm::dvec3(frame.size()) * glm::dvec3(unit(random), unit(random), unit(random)));
     t.origin = aim - 2.0 * unit(random) * t.direction;
     t.power = {1 + unit(random), 2 * unit(random), 0.5};
     t.begin = 0.3 * unit(random), t.end = 3 * unit(random);
@@ -76,7 +77,8 @@ void agreesWithVoxelClipping(FieldChannels channels, const glm::dvec3& extinctio
                 }
                 const int slot = needed.slotOf(v), stride = channels.count();
                 for (int c = 0; c < stride; ++c) {
-                    const double found = field.sums(slot) ? double(field.sums(slot)[NeededVoxels::offsetInLeaf(v) * stride + c]) : 0;
+                    const double found =
+                        field.sums(slot) ? double(field.sums(slot)[NeededVoxels::offsetInLeaf(v) * stride + c]) : 0;
                     ASSERT_NEAR(found, expected[c], tolerance) << x << ' ' << y << ' ' << z << " channel " << c;
                 }
             }
@@ -153,7 +155,7 @@ TEST(TrackDeposit, OnlyNeededVoxelsAreCounted) {
 TEST(TrackEnd, CoversTwoLayersBehindTheHitVoxel) {
     GridFrame frame;
     frame.world_from_index = glm::dmat3(0.1);
-    frame.min = {0, 0, 0}, frame.max = {31, 31, 31};    // faces of voxels at (i - 0.5) * 0.1
+    frame.min = {0, 0, 0}, frame.max = {31, 31, 31};  // faces of voxels at (i - 0.5) * 0.1
     const TrackEnd track_end(frame);
     RayHit hit;
     hit.object = 0, hit.normal = {0, 0, 1};
@@ -161,9 +163,11 @@ TEST(TrackEnd, CoversTwoLayersBehindTheHitVoxel) {
         hit.distance = (2.0 - height) / -direction.z;
         return 2.0 + track_end({1, 1, 2.0}, direction, hit) * direction.z;
     };
-    for (const glm::dvec3& d : {glm::dvec3(0, 0, -1), glm::normalize(glm::dvec3(0.9, 0.3, -1)), glm::normalize(glm::dvec3(2, 0, -1))}) {
+    for (const glm::dvec3& d :
+         {glm::dvec3(0, 0, -1), glm::normalize(glm::dvec3(0.9, 0.3, -1)), glm::normalize(glm::dvec3(2, 0, -1))}) {
         EXPECT_NEAR(endHeight(d, 1.01), 0.75, 1e-6) << "inside the voxel that reaches from 0.95 to 1.05";
-        EXPECT_NEAR(endHeight(d, 0.95), 0.75, 1e-6) << "on its lower side, which belongs to the voxel that the light comes from";
+        EXPECT_NEAR(endHeight(d, 0.95), 0.75, 1e-6)
+            << "on its lower side, which belongs to the voxel that the light comes from";
         EXPECT_NEAR(endHeight(d, 0.95 - 1e-12), 0.75, 1e-6);
         EXPECT_NEAR(endHeight(d, 0.95 + 1e-12), 0.75, 1e-6);
         EXPECT_GT(endHeight(d, 1.01), 0.75) << "not into the next layer";
