@@ -121,7 +121,8 @@ inline float mostLane(V v) {
     return m;
 }
 
-/// a b - c d without cancellation of the rounding errors (Kahan's difference of products) where there is an FMA.
+/// a b - c d without cancellation of the rounding errors: Kahan's difference of products where there is an FMA, otherwise
+/// in double.
 template <class V>
 inline V differenceOfProducts(V a, V b, V c, V d) {
 #if defined(__AVX512F__)
@@ -143,7 +144,10 @@ inline V differenceOfProducts(V a, V b, V c, V d) {
         return (V)_mm_add_ps(_mm_fmsub_ps((__m128)a, (__m128)b, w), e);
     }
 #endif
-    return a * b - c * d;
+    V out;
+    for (int l = 0; l < laneCount<V>; ++l)
+        out[l] = static_cast<float>(static_cast<double>(a[l]) * b[l] - static_cast<double>(c[l]) * d[l]);
+    return out;
 }
 
 /// 1 / x to 2^-23 or better, for x that is neither 0 nor subnormal.
