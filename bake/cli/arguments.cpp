@@ -83,7 +83,7 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
     app.add_option("--paths", a.paths, "caustic (at least one specular event) or all")->check(CLI::IsMember({"caustic", "all"}));
     app.add_option("--quadrature", a.quadrature, "Points across a layer: 1, 2 or 4")->check(CLI::IsMember({1, 2, 4}));
     app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]");
-    app.add_flag("--prefilter,!--no-prefilter", a.prefilter, "Invert the blur of trilinear look-ups");
+    app.add_flag_function("--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; }, "Invert the blur of trilinear look-ups");
     app.add_option("--grids", a.grids, "Grids to write, comma-separated: irradiance, direction, caustic, density ...")->delimiter(',');
     app.add_option("--set", a.set, "METHOD.OPTION=VALUE, for instance beams.mesh=512; may be repeated")->allow_extra_args(false);
     app.add_flag("!--f32", a.file.half, "Store 32-bit floats instead of half floats");
@@ -117,6 +117,8 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view")->check(CLI::NonNegativeNumber);
     app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's")->check(CLI::NonNegativeNumber);
     app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")->check(CLI::Range(-0.99, 0.99));
+    app.add_option("--look", a.look, "cutaway (open sides, straight eye rays) or natural (solid sides, eye rays refract)")
+        ->check(CLI::IsMember({"cutaway", "natural"}));
     app.add_flag("!--no-surface", a.show_surface, "Look through the water surface as if it were not there");
 }
 

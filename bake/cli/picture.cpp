@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <utility>
 
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 // and unfocused light should not be black.
 constexpr double kWhiteOverReference = 3.0;
 // Bars and exposures leave out the brightest voxels: a caustic's peak would make the rest dark.
-constexpr double kTopPercentile = 0.998;
+constexpr double kTopPercentile = 0.99;
 
 /// One volume with the scene of its frame.
 struct Shot {
@@ -79,6 +80,13 @@ ViewSettings viewSettings(const PictureArguments& arguments, const Scene& scene)
     view.shaft_scattering = arguments.shafts;
     view.shaft_anisotropy = arguments.shaft_anisotropy;
     view.show_surface = arguments.show_surface;
+    if (arguments.look == "natural") {
+        view.look = ViewLook::Natural;
+        // Only the top is open: look down into it.
+        const glm::dvec3 back = view.eye - view.target;
+        const double distance = glm::length(back);
+        if (arguments.eye.empty()) view.eye = view.target + distance * glm::normalize(glm::dvec3(back.x, back.y, 1.3 * std::hypot(back.x, back.y)));
+    }
     return view;
 }
 

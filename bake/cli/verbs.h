@@ -66,6 +66,7 @@ struct PictureArguments {
     double tile_size = 0;
     int samples = 2;
     bool show_surface = true;
+    std::string look = "cutaway";
 };
 
 struct ExportArguments {

@@ -73,10 +73,13 @@ public:
         ViewInterval room = view_.clip(origin, direction);
         if (!room) return {};
         origin += std::max(0.0, room.enter) * direction;
+        const bool straight = settings_.look == ViewLook::Cutaway;
         bool in_water = view_.inWater(origin);
         // The cut face of the water: a faint veil that gives the body of water an outline.
-        Rgba result{in_water && room.enter > 0 ? 0.03 * sky({0, 0, 1}) : glm::dvec3(0), 1};
-        glm::dvec3 throughput(in_water && room.enter > 0 ? 0.97 : 1.0);
+        const bool through_side = in_water && room.enter > 0;
+        if (through_side && settings_.look == ViewLook::Natural) return {solidSide(origin), 1};
+        Rgba result{through_side ? 0.03 * sky({0, 0, 1}) : glm::dvec3(0), 1};
+        glm::dvec3 throughput(through_side ? 0.97 : 1.0);
         for (int event = 0; event < kMaxEvents; ++event) {
             room = view_.clip(origin, direction);
             const double end = room ? std::max(0.0, room.exit) : 0.0;
@@ -103,7 +106,8 @@ public:
                 }
                 return result;
             }
-            crossSurface(position, direction, in_water, throughput, result.colour, origin);
+            straight ? passSurface(position, direction, in_water, throughput, result.colour, origin)
+                     : crossSurface(position, direction, in_water, throughput, result.colour, origin);
             if (std::max({throughput.x, throughput.y, throughput.z}) < 2e-3) return result;
         }
         return result;
@@ -153,6 +157,38 @@ private:
         return view_.albedo(position, hit.normal, settings_.albedo, settings_.tile_size) / kPi * irradiance;
     }
 
+    /// The outside of the box in a natural look: a plain wall in skylight, a little darker away from the sun.
+    glm::dvec3 solidSide(const glm::dvec3& position) const {
+        const glm::dvec3 low = position - scene_.domain.min, high = scene_.domain.max - position;
+        const double x = std::min(low.x, high.x), y = std::min(low.y, high.y);
+        const glm::dvec3 normal = x < y ? glm::dvec3(low.x < high.x ? -1 : 1, 0, 0) : glm::dvec3(0, low.y < high.y ? -1 : 1, 0);
+        const double lit = std::max(0.0, -glm::dot(sun_direction_, normal));
+        return 0.25 / kPi * reference_ * (0.10 + 0.25 * lit) * glm::dvec3(0.95, 0.98, 1.0);
+    }
+
+    /// Goes straight through the surface, which reflects some of the sky.
+    void passSurface(const glm::dvec3& position, const glm::dvec3& direction, bool& in_water, glm::dvec3& throughput,
+                     glm::dvec3& colour, glm::dvec3& origin) const {
+        const SurfaceView surface = view_.surfaceAt(position);
+        if (!in_water) {
+            const Interface split = interfaceAt(direction, surface.normal, surface.ior_above, surface.ior_below);
+            colour += throughput * (1 - split.transmittance) * sky(split.reflected);
+            throughput *= split.transmittance;
+        }
+        // A bright line where the surface is cut, or nobody sees where the water ends.
+        const glm::dvec2 size(scene_.domain.max - scene_.domain.min), to_low(position - scene_.domain.min), to_high(scene_.domain.max - position);
+        const double to_side = std::min({to_low.x, to_low.y, to_high.x, to_high.y});
+        if (to_side < 0.004 * std::max(size.x, size.y)) {
+            colour += 0.5 * throughput * 0.4 * reference_ / kPi * glm::dvec3(0.75, 0.92, 1.0);
+            throughput *= 0.5;
+        }
+        in_water = !in_water;
+        origin = position + surfaceOffset() * direction;
+    }
+
+    /// A step [m] that surely leaves the surface behind.
+    double surfaceOffset() const { return 1e-6 * step_length_ * settings_.march_steps; }
+
     /// Refracts the ray through the surface, adding what the reflected branch sees; or reflects it when that is all.
     void crossSurface(const glm::dvec3& position, glm::dvec3& direction, bool& in_water, glm::dvec3& throughput,
                       glm::dvec3& colour, glm::dvec3& origin) const {
@@ -161,7 +197,6 @@ private:
         const double from = in_water ? surface.ior_below : surface.ior_above;
         const double to = in_water ? surface.ior_above : surface.ior_below;
         const Interface split = interfaceAt(direction, normal, from, to);
-        const double offset = 1e-6 * step_length_ * settings_.march_steps;
         if (in_water) {
             // From below: Snell's window shows the sky; outside of it the ray goes on in the water.
             const double scale = split.transmittance * (from / to) * (from / to);
@@ -174,7 +209,7 @@ private:
             direction = split.refracted;
             in_water = true;
         }
-        origin = position + offset * direction;
+        origin = position + surfaceOffset() * direction;
     }
 
     const Scene& scene_;

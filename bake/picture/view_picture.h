@@ -10,6 +10,12 @@
 
 namespace photic {
 
+/// How the camera sees water.
+enum class ViewLook {
+    Cutaway,    ///< the box's sides are open and eye rays go straight on: the surface only reflects the sky
+    Natural     ///< the box's sides are solid; eye rays refract and reflect at the surface
+};
+
 /// A perspective camera and what is shown besides the baked light.
 struct ViewSettings {
     glm::dvec3 eye{0}, target{0};             ///< world [m]
@@ -22,7 +28,8 @@ struct ViewSettings {
     /// Scattering seen by the camera [1/m]; absent: the scene's medium. Pictures only: the bake does not know it.
     std::optional<double> shaft_scattering;
     std::optional<double> shaft_anisotropy;
-    bool show_surface = true;                 ///< false: the eye looks through the surface as if it were not there
+    ViewLook look = ViewLook::Cutaway;
+    bool show_surface = true;                 ///< false: no reflection or refraction of eye rays at all
     int march_steps = 64;                     ///< across the domain's diagonal
 };
 
@@ -31,10 +38,10 @@ ViewSettings defaultView(const Scene& scene);
 
 /// Looks at the scene's planes, water surface and lit water: linear radiance [W/m2/sr], RGBA, colour premultiplied.
 ///
-/// The domain is cut open: planes are seen from their lit side only, the box's sides don't refract. Eye rays refract
-/// and reflect at the water surface (Snell, Fresnel; radiance is scaled by T (n_camera / n_water)^2), receivers show
-/// albedo / pi x their irradiance from the volume, and single scattering is marched through the water. The sky,
-/// skylight and, without a medium in the scene, the tint of clean water are decoration.
+/// Planes are seen from their lit side only. Receivers show albedo / pi x their irradiance from the volume, single
+/// scattering is marched through the water. A natural look refracts and reflects eye rays at the surface (Snell, Fresnel;
+/// radiance is scaled by T (n_camera / n_water)^2). The sky, skylight, solid sides and, without a medium in the scene, the
+/// tint of clean water are decoration.
 Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSettings& settings);
 
 }  // namespace photic

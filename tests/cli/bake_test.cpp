@@ -135,6 +135,12 @@ TEST(Bake, CommandLineReplacesTheScenesSettings) {
     EXPECT_EQ(bake({"--quadrature", "2"})["settings"]["quadrature"], 2);
     EXPECT_EQ(bake({"--tolerance", "0.5"})["settings"]["tolerance"], 0.5);
     EXPECT_EQ(bake({"--prefilter"})["settings"]["prefilter"], true);
+    PoolText filtered;
+    filtered.bake = "prefilter = true";
+    place.write("pool.toml", filtered.text());
+    EXPECT_EQ(bake({})["settings"]["prefilter"], true);
+    EXPECT_EQ(bake({"--no-prefilter"})["settings"]["prefilter"], false);
+    place.write("pool.toml", PoolText{}.text());
     EXPECT_EQ(bake({"--grids", "irradiance"})["settings"]["grids"], nlohmann::json{"irradiance"});
     EXPECT_GT(bake({"--f32"})["file_bytes"].get<double>(), 1.3 * plain["file_bytes"].get<double>());
     EXPECT_GT(bake({"--compression", "none"})["file_bytes"].get<double>(), 2 * plain["file_bytes"].get<double>());
@@ -151,7 +157,8 @@ TEST(Bake, AMediumAddsDensity) {
     ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
     const Outcome inspected = photic(place, {"inspect", "pool.vdb", "--json"});
     bool found = false;
-    for (const auto& grid : inspected.json()["grids"]) {
+    const auto document = inspected.json();
+    for (const auto& grid : document["grids"]) {
         if (grid["name"] == "irradiance") {
             EXPECT_EQ(grid["channels"], 3);
         }
@@ -174,9 +181,9 @@ TEST(Bake, StandardErrorOfPhotonsScoresThem) {
     ASSERT_EQ(compared.code, 0) << compared.err;
     const auto scores = compared.json()["standard_error"];
     EXPECT_GT(scores["voxels"].get<int>(), 1000);
-    // Both have the same variance, so the difference has twice b's; b's own is known from a few shifts only (Student's t).
+    // Both have the same variance, so the difference has twice b's; b's own comes from a few shifts and paths (Student's t and worse).
     EXPECT_GT(scores["chi2_per_voxel"].get<double>(), 1.6);
-    EXPECT_LT(scores["chi2_per_voxel"].get<double>(), 3.2);
+    EXPECT_LT(scores["chi2_per_voxel"].get<double>(), 5);
     EXPECT_EQ(scores["chi2_per_voxel"], scores["chi2_per_voxel_without_allowance"]);
     // Beams know none.
     const Outcome refused = photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--method", "beams", "--standard-error", "x.vdb"});

@@ -68,7 +68,8 @@ TEST(Usage, MethodsAreListedAsDocumented) {
     ASSERT_EQ(outcome.code, 0);
     EXPECT_EQ(schemaBreaches(outcome.json(), "methods.md"), Strings{});
     Strings names;
-    for (const auto& method : outcome.json()["methods"]) {
+    const auto document = outcome.json();
+    for (const auto& method : document["methods"]) {
         names.push_back(method["name"]);
         for (const auto& option : method["options"]) {
             EXPECT_NE(option["help"], "");

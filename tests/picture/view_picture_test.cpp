@@ -53,6 +53,7 @@ ViewSettings camera(const glm::dvec3& eye, const glm::dvec3& target) {
     view.samples = 1;
     view.ambient = 0;
     view.albedo = glm::dvec3(0.5);
+    view.look = ViewLook::Natural;
     return view;
 }
 
@@ -96,6 +97,27 @@ TEST(ViewPicture, SingleScatteringMatchesItsIntegral) {
     EXPECT_NEAR(bakedRadiance(scene, view).x, expected, 2e-3 * expected);
     view.shaft_scattering = 0;
     EXPECT_NEAR(bakedRadiance(scene, view).x, 0, 1e-6);
+}
+
+TEST(ViewPicture, ACutawayLooksStraightThroughTheSurface) {
+    Scene scene = tank(true);
+    scene.medium.absorption = {0.35, 0.07, 0.02};
+    const double tilt = 0.4;
+    const glm::dvec3 d(std::sin(tilt), 0, -std::cos(tilt));
+    ViewSettings view = camera(-4.0 * d, glm::dvec3(0));
+    view.look = ViewLook::Cutaway;
+    const glm::dvec3 radiance = bakedRadiance(scene, view);
+    const double transmittance = interfaceAt(d, {0, 0, 1}, 1.0, 1.333).transmittance;
+    for (int c = 0; c < 3; ++c) {
+        const double expected = 0.5 / std::numbers::pi * 100 * transmittance * std::exp(-scene.medium.absorption[c] * kDepth / std::cos(tilt));
+        EXPECT_NEAR(radiance[c], expected, 2e-4 * expected);
+    }
+    // Through an open side there is no surface at all; a natural look shows a wall there.
+    view.eye = {-5, 0, 0};
+    view.target = {0, 0, -1.25};
+    EXPECT_GT(bakedRadiance(scene, view).x, 1);
+    view.look = ViewLook::Natural;
+    EXPECT_EQ(bakedRadiance(scene, view).x, 0);
 }
 
 TEST(ViewPicture, ShowsNothingBesideTheDomain) {
