@@ -39,6 +39,12 @@ void launchInBatches(std::int64_t parts, std::int64_t parts_a_batch, const GridF
             builders[index].finish();
         });
         std::array<TubeSet, 6> batch = std::move(builders[0].finish());
+        for (std::size_t s = 0; s < 6; ++s) {
+            std::size_t corners = batch[s].corners.size(), tubes = batch[s].tubes.size();
+            for (std::size_t i = 1; i < builders.size(); ++i)
+                corners += builders[i].finish()[s].corners.size(), tubes += builders[i].finish()[s].tubes.size();
+            batch[s].corners.reserve(corners), batch[s].tubes.reserve(tubes);
+        }
         for (std::size_t i = 0; i < builders.size(); ++i) {
             if (i > 0)
                 for (std::size_t s = 0; s < 6; ++s) batch[s].append(builders[i].finish()[s]);
@@ -163,8 +169,12 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
     launchInBatches(strips, batch, frame, light, sink, totals, monitor, [&](std::int64_t strip, TubeBuilder& builder) {
         const int first_row = static_cast<int>(strip) * kBlockQuads, rows = std::min(kBlockQuads, lattice.rows - first_row);
         const int stride = lattice.columns + 1;
-        std::vector<SurfaceRow> points(static_cast<std::size_t>(rows + 1));
-        std::vector<RayRow> rays(static_cast<std::size_t>(rows + 1));
+        // Kept from strip to strip: fresh pages would cost more than the tracing.
+        thread_local std::vector<SurfaceRow> points;
+        thread_local std::vector<RayRow> rays;
+        points.resize(static_cast<std::size_t>(rows + 1)), rays.resize(static_cast<std::size_t>(rows + 1));
+        const auto quads = static_cast<std::size_t>(lattice.columns) * static_cast<std::size_t>(rows);
+        if (quick) builder.reserve(setup.refract ? -1 : 1, quads + quads / 3 + 64, 2 * quads);
         for (int j = 0; j <= rows; ++j) {
             const auto row = static_cast<std::size_t>(j);
             const SurfaceParam start = lattice.param(0, first_row + j);

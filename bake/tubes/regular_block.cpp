@@ -38,9 +38,9 @@ bool TubeBuilder::regularMissesBox(const RayRow* row, int first, int columns, in
     return false;
 }
 
-void TubeBuilder::countRegular(double third, double fraction, double untraced, double hit_distance, double exit_distance, bool culled) {
-    if (light_.counts_emission) power_.emitted += third, power_.reflected += third * untraced;
-    const double power = third * fraction;
+void TubeBuilder::countRegular(double arriving, double fraction, double untraced, double hit_distance, double exit_distance, bool culled) {
+    if (light_.counts_emission) power_.emitted += arriving, power_.reflected += arriving * untraced;
+    const double power = arriving * fraction;
     if (culled) {
         power_.culled += power;
         return;
@@ -66,58 +66,61 @@ void TubeBuilder::countRegular(double third, double fraction, double untraced, d
 void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows) {
     TubeSet& set = sets_[row->dz[static_cast<std::size_t>(first)] < 0 ? 4 : 5];
     const bool culled = regularMissesBox(row, first, columns, rows);
-    const bool attenuated = extinction_ != glm::dvec3(0);
     const double mean_irradiance = (light_.irradiance.x + light_.irradiance.y + light_.irradiance.z) / 3;
+    const int stride = columns + 1;
 
     TubeBlock block{topology, static_cast<std::uint32_t>(set.corners.size()), static_cast<std::uint32_t>(set.tubes.size())};
-    double exits[256];
-    for (int j = 0; j <= rows; ++j)
-        for (int i = 0; i <= columns; ++i) {
+    double across_corner[256] = {};   // a third of the adjoining tubes' cross-sections [m2]
+    const auto cornerAt = [&](int i, int j) { return static_cast<std::size_t>(j * stride + i); };
+    if (!culled) {
+        set.corners.resize(set.corners.size() + static_cast<std::size_t>(stride * (rows + 1)));
+        set.tubes.resize(set.tubes.size() + static_cast<std::size_t>(2 * columns * rows));
+        CornerRay* corner = &set.corners[block.first_corner];
+        for (int j = 0; j <= rows; ++j) {
             const RayRow& r = row[j];
-            const auto k = static_cast<std::size_t>(first + i);
-            if (!culled) {
-                const double end = std::clamp(r.w_end[k], -1e30, 1e30);
-                set.corners.push_back({r.u[k], r.v[k], r.w[k], r.du[k], r.dv[k], static_cast<float>(end)});
-            }
-            const double sense = r.dz[k] < 0 ? -1.0 : 1.0;
-            exits[j * (columns + 1) + i] =
-                attenuated ? exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) * (sense / r.per_layer[k])) : 0.0;
+            for (auto k = static_cast<std::size_t>(first); k <= static_cast<std::size_t>(first + columns); ++k)
+                *corner++ = {r.u[k], r.v[k], r.w[k], r.du[k], r.dv[k], static_cast<float>(std::clamp(r.w_end[k], -1e30, 1e30))};
         }
-
+    }
     const glm::dvec3 d = light_.direction;
+    const glm::dvec3 power_per_area = light_.irradiance / 3.0;
+    TubeConstants* tube = culled ? nullptr : &set.tubes[block.first_tube];
     for (int j = 0; j < rows; ++j) {
+        const RayRow &low = row[j], &high = row[j + 1];
         for (int i = 0; i < columns; ++i) {
+            // (0,0) (1,0) (1,1) and (0,0) (1,1) (0,1), as in regularTopology
+            const auto k = static_cast<std::size_t>(first + i);
+            const glm::dvec3 diagonal(high.x[k + 1] - low.x[k], high.y[k + 1] - low.y[k], high.z[k + 1] - low.z[k]);
             for (int half = 0; half < 2; ++half) {
-                // (0,0) (1,0) (1,1) and (0,0) (1,1) (0,1), as in regularTopology
-                const int ci[3] = {i, i + 1, half ? i : i + 1}, cj[3] = {j, half ? j + 1 : j, j + 1};
-                glm::dvec3 p[3];
-                double fraction = 0, untraced = 0, length = 0;
-                glm::dvec3 travel(0);
-                for (int c = 0; c < 3; ++c) {
-                    const RayRow& r = row[cj[c]];
-                    const auto k = static_cast<std::size_t>(first + ci[c]);
-                    p[c] = {r.x[k], r.y[k], r.z[k]};
-                    fraction += r.fraction[k], untraced += r.untraced[k], length += r.per_layer[k];
-                    travel += glm::dvec3(r.dx[k], r.dy[k], r.dz[k]) * r.per_layer[k];
-                }
-                const glm::dvec3 e1 = p[1] - p[0], e2 = p[2] - p[0];
-                const glm::dvec3 area(e1.y * e2.z - e1.z * e2.y, e1.z * e2.x - e1.x * e2.z, e1.x * e2.y - e1.y * e2.x);
-                const double across = std::max(0.0, -0.5 * (area.x * d.x + area.y * d.y + area.z * d.z));
-                const double third = across * mean_irradiance / 3;
-                for (int c = 0; c < 3; ++c) {
-                    const RayRow& r = row[cj[c]];
-                    const auto k = static_cast<std::size_t>(first + ci[c]);
-                    countRegular(third, r.fraction[k], r.untraced[k], r.hit_distance[k], exits[cj[c] * (columns + 1) + ci[c]], culled);
-                }
+                const RayRow& other = half ? high : low;
+                const std::size_t m = half ? k : k + 1;
+                const glm::dvec3 side(other.x[m] - low.x[k], other.y[m] - low.y[k], other.z[m] - low.z[k]);
+                const double nx = side.y * diagonal.z - side.z * diagonal.y, ny = side.z * diagonal.x - side.x * diagonal.z,
+                             nz = side.x * diagonal.y - side.y * diagonal.x;
+                const double facing = 0.5 * (half ? 1.0 : -1.0) * (nx * d.x + ny * d.y + nz * d.z);
+                const double across = std::max(0.0, facing);
+                across_corner[cornerAt(i, j)] += across, across_corner[cornerAt(i + 1, j + 1)] += across;
+                across_corner[half ? cornerAt(i, j + 1) : cornerAt(i + 1, j)] += across;
                 if (culled) continue;
-                TubeConstants tube;
-                for (int k = 0; k < 3; ++k) {
-                    tube.power[k] = static_cast<float>(light_.irradiance[k] * across * fraction / 3);
-                    tube.travel[k] = static_cast<float>(travel[k] / 3);
-                }
-                tube.length = static_cast<float>(length / 3);
-                set.tubes.push_back(tube);
+                const double fraction = low.fraction[k] + high.fraction[k + 1] + other.fraction[m];
+                const double la = low.per_layer[k] * (1.0 / 3), lb = high.per_layer[k + 1] * (1.0 / 3), lc = other.per_layer[m] * (1.0 / 3);
+                for (int c = 0; c < 3; ++c) tube->power[c] = static_cast<float>(power_per_area[c] * across * fraction);
+                tube->length = static_cast<float>(la + lb + lc);
+                tube->travel[0] = static_cast<float>(low.dx[k] * la + high.dx[k + 1] * lb + other.dx[m] * lc);
+                tube->travel[1] = static_cast<float>(low.dy[k] * la + high.dy[k + 1] * lb + other.dy[m] * lc);
+                tube->travel[2] = static_cast<float>(low.dz[k] * la + high.dz[k + 1] * lb + other.dz[m] * lc);
+                ++tube;
             }
+        }
+    }
+    for (int j = 0; j <= rows; ++j) {
+        const RayRow& r = row[j];
+        for (int i = 0; i <= columns; ++i) {
+            const auto k = static_cast<std::size_t>(first + i);
+            double exit = 0;
+            if (extinction_ != glm::dvec3(0) && !culled)
+                exit = exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) * ((r.dz[k] < 0 ? -1.0 : 1.0) / r.per_layer[k]));
+            countRegular(across_corner[cornerAt(i, j)] * mean_irradiance / 3, r.fraction[k], r.untraced[k], r.hit_distance[k], exit, culled);
         }
     }
     if (culled) return;

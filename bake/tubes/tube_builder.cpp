@@ -204,6 +204,11 @@ void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
     set.slope_v_power += weight * d[axes[1]] / d[axis];
 }
 
+void TubeBuilder::reserve(int sense, std::size_t corners, std::size_t tubes) {
+    TubeSet& set = sets_[sense < 0 ? 4 : 5];
+    set.corners.reserve(corners), set.tubes.reserve(tubes);
+}
+
 std::array<TubeSet, 6>& TubeBuilder::finish() {
     for (int s = 0; s < 6; ++s) closeBlock(s);
     return sets_;

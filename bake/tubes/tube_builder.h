@@ -45,6 +45,9 @@ public:
     /// @param row       rows + 1 traced rows, of which corners [first, first + columns] are used
     void addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows);
 
+    /// Makes room for the tubes of regular blocks that go down (`sense` < 0) or up through z layers.
+    void reserve(int sense, std::size_t corners, std::size_t tubes);
+
     /// Ends the open blocks. Sets are indexed by axis * 2 + (sense > 0).
     std::array<TubeSet, 6>& finish();
 
@@ -75,7 +78,7 @@ private:
     void closeBlock(int set);
     void countTube(const Corner* const* corners, const glm::dvec3& arriving, bool culled);
     bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
-    void countRegular(double arriving_third, double fraction, double untraced, double hit_distance, double exit_distance, bool culled);
+    void countRegular(double arriving, double fraction, double untraced, double hit_distance, double exit_distance, bool culled);
 
     GridFrame frame_;
     glm::dmat3 index_from_world_;
