@@ -9,6 +9,7 @@
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
+#include "bake/tubes/ernst_deposit.h"
 #include "bake/tubes/launch.h"
 #include "bake/tubes/voxelise.h"
 
@@ -29,6 +30,9 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
         bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "", "directions on the sun's disc when it is sampled"),
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
                    "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
+        bindOption("interpolation", &BeamsOptions::interpolation,
+                   {{"constant", BeamsInterpolation::Constant}, {"ernst", BeamsInterpolation::Ernst}},
+                   "density inside a tube: constant (exact in energy), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
     };
     return bindings;
 }
@@ -112,7 +116,16 @@ private:
             if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
             const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
                 const auto start = Clock::now();
-                for (const TubeSet& set : sets) voxelise(set, field, voxelise_, totals_, monitor_);
+                for (const TubeSet& set : sets) {
+                    if (options_.interpolation == BeamsInterpolation::Constant) {
+                        voxelise(set, field, voxelise_, totals_, monitor_);
+                        continue;
+                    }
+                    depositErnst(set, field, monitor_);
+                    // What the tubes carry, for the ledger: its imbalance is the interpolation's error in energy.
+                    LightField exact(field.neededPtr(), {field.channels().irradiance, false});
+                    voxelise(set, exact, voxelise_, totals_, monitor_);
+                }
                 deposit_seconds_ += secondsSince(start);
             };
             if (surface.height_field)

@@ -27,6 +27,7 @@ struct BeamsOptions {
     BeamsDisc disc = BeamsDisc::Auto;
     int disc_samples = 32;
     BeamsKernel kernel = BeamsKernel::Edges;
+    BeamsInterpolation interpolation = BeamsInterpolation::Constant;
 };
 
 /// The row of the catalogue: ray tubes between neighbouring corner rays, voxelised exactly in power (DESIGN of the method:
