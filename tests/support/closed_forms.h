@@ -12,10 +12,10 @@ double fresnelTransmittance(double cos_in, double ior_from, double ior_to);
 
 /// Light under flat water.
 struct PlaneWater {
-    double irradiance = 1;                    ///< across the beam, in air [W/m2]
-    double cos_in = 1;                        ///< of the sun's zenith angle
+    double irradiance = 1;  ///< across the beam, in air [W/m2]
+    double cos_in = 1;      ///< of the sun's zenith angle
     double ior_above = 1, ior_below = 1.333;
-    double extinction = 0;                    ///< [1/m]
+    double extinction = 0;  ///< [1/m]
 
     double cosBelow() const;
     /// Irradiance on a horizontal plane `depth` [m] below the surface [W/m2].
@@ -29,8 +29,8 @@ struct PlaneWater {
 /// Fold caustic X(xi) = edge + b xi^2 / 2, lit by E0 per unit xi from both sides.
 struct Fold {
     double e0 = 1, b = 1, edge = 0;
-    double at(double x) const;                      ///< 2 E0 / sqrt(2 b (x - edge)); 0 on the dark side
-    double mean(double x_low, double x_high) const; ///< over a cell: bounded
+    double at(double x) const;                       ///< 2 E0 / sqrt(2 b (x - edge)); 0 on the dark side
+    double mean(double x_low, double x_high) const;  ///< over a cell: bounded
 };
 
 /// Cusp caustic X(u, z) = u (1 - z/f) + c u^3, c > 0, lit by E0 per unit u.

@@ -14,7 +14,8 @@ namespace photic::truth {
 namespace {
 
 /// Cell means of the density of X(u), u in [-range, range], by counting `rays` rays.
-std::vector<double> countRays(const std::function<double(double)>& x_of_u, double range, double x0, double dx, int cells, int rays) {
+std::vector<double> countRays(const std::function<double(double)>& x_of_u, double range, double x0, double dx,
+                              int cells, int rays) {
     std::vector<double> out(static_cast<std::size_t>(cells));
     const double du = 2 * range / rays;
     for (int i = 0; i < rays; ++i) {
@@ -48,9 +49,11 @@ TEST(PlaneTruth, LayerMeansAreTheIntegralOfBeerLambert) {
 
 TEST(FoldTruth, CellMeansCountRays) {
     const Fold fold{1.7, 0.8, 0.013};
-    const auto counted = countRays([&](double xi) { return fold.edge + fold.b * xi * xi / 2; }, 2, -0.1, 0.05, 12, 4000000);
+    const auto counted =
+        countRays([&](double xi) { return fold.edge + fold.b * xi * xi / 2; }, 2, -0.1, 0.05, 12, 4000000);
     for (int i = 0; i < 12; ++i) {
-        EXPECT_NEAR(fold.mean(-0.1 + 0.05 * i, -0.05 + 0.05 * i), 1.7 * counted[static_cast<std::size_t>(i)], 2e-4) << i;
+        EXPECT_NEAR(fold.mean(-0.1 + 0.05 * i, -0.05 + 0.05 * i), 1.7 * counted[static_cast<std::size_t>(i)], 2e-4)
+            << i;
     }
     EXPECT_NEAR(fold.mean(0.5, 0.5 + 1e-6), fold.at(0.5 + 5e-7), 1e-6);
     EXPECT_EQ(fold.at(0), 0);
@@ -63,7 +66,8 @@ TEST(CuspTruth, CellMeansCountRaysBeforeAtAndPastTheCusp) {
             countRays([&](double u) { return u * (1 - z / cusp.f) + cusp.c * u * u * u; }, 3, -0.6, 0.05, 24, 6000000);
         for (int i = 0; i < 24; ++i) {
             const double low = -0.6 + 0.05 * i;
-            EXPECT_NEAR(cusp.mean(low, low + 0.05, z) / (1.3 * counted[static_cast<std::size_t>(i)]), 1, 3e-4) << z << " " << i;
+            EXPECT_NEAR(cusp.mean(low, low + 0.05, z) / (1.3 * counted[static_cast<std::size_t>(i)]), 1, 3e-4)
+                << z << " " << i;
         }
     }
 }
@@ -112,14 +116,16 @@ TEST(MirrorTruth, CardioidIsWhereNeighboursFromTheCircleMeet) {
         const glm::dvec2 found = meet(a.point, a.direction, b.point, b.direction);
         EXPECT_LT(glm::distance(found, cardioid(r, q)), 1e-8) << q;
         const double cos_in = std::cos(q / 2), chord = 2 * r * cos_in;
-        EXPECT_NEAR(glm::distance(found, r * glm::dvec2(std::cos(q), std::sin(q))), mirrorFocus(r, cos_in, chord), 1e-8);
+        EXPECT_NEAR(glm::distance(found, r * glm::dvec2(std::cos(q), std::sin(q))), mirrorFocus(r, cos_in, chord),
+                    1e-8);
     }
 }
 
 TEST(MirrorTruth, ParabolaConservesThePowerOfARing) {
     const ParabolicMirror mirror{1.4, 0.9};
     for (const double psi : {0.05, 0.4, 1.0}) {
-        // Power of the ring of light that turns to angles psi +- half a step, over its area on the sphere of radius rho.
+        // Power of the ring of light that turns to angles psi +- half a step, over its area on the sphere of radius
+        // rho.
         const double step = 1e-5, rho = 0.37;
         const auto r = [&](double a) { return 2 * mirror.f * std::tan(a / 2); };  // z = r^2 / 4f
         const double ring = std::numbers::pi * (r(psi + step) * r(psi + step) - r(psi - step) * r(psi - step));

@@ -86,8 +86,10 @@ void land(FloorMap& map, const Corner& a, const Corner& b, const Corner& c, cons
     Polygon triangle;
     triangle.p = {a.landing, b.landing, c.landing};
     triangle.count = 3;
-    const glm::dvec2 low = glm::dvec2(std::min({a.landing.x, b.landing.x, c.landing.x}), std::min({a.landing.y, b.landing.y, c.landing.y}));
-    const glm::dvec2 high = glm::dvec2(std::max({a.landing.x, b.landing.x, c.landing.x}), std::max({a.landing.y, b.landing.y, c.landing.y}));
+    const glm::dvec2 low = glm::dvec2(std::min({a.landing.x, b.landing.x, c.landing.x}),
+                                      std::min({a.landing.y, b.landing.y, c.landing.y}));
+    const glm::dvec2 high = glm::dvec2(std::max({a.landing.x, b.landing.x, c.landing.x}),
+                                       std::max({a.landing.y, b.landing.y, c.landing.y}));
     const int n = map.size;
     if (high.x <= 0 || high.y <= 0 || low.x >= n || low.y >= n) return;
 
@@ -144,7 +146,8 @@ FloorMap traceFloor(int mesh, int pixels, const glm::dvec3& direction) {
     const double h = 4.0 / mesh;
     std::vector<Corner> below(static_cast<std::size_t>(mesh) + 1), above(below.size());
     const auto trace = [&](int row, std::vector<Corner>& out) {
-        for (int i = 0; i <= mesh; ++i) out[static_cast<std::size_t>(i)] = traceCorner(-2 + i * h, -2 + row * h, direction, pixels);
+        for (int i = 0; i <= mesh; ++i)
+            out[static_cast<std::size_t>(i)] = traceCorner(-2 + i * h, -2 + row * h, direction, pixels);
     };
     trace(0, below);
     for (int row = 1; row <= mesh; ++row) {
@@ -161,7 +164,8 @@ FloorMap traceFloor(int mesh, int pixels, const glm::dvec3& direction) {
 }
 
 std::vector<glm::dvec3> discDirections(const glm::dvec3& axis, double angular_diameter_deg, int count) {
-    const glm::dvec3 side = glm::normalize(glm::cross(axis, std::fabs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 side =
+        glm::normalize(glm::cross(axis, std::fabs(axis.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     const glm::dvec3 up = glm::cross(side, axis);
     const double radius = std::tan(radians(angular_diameter_deg) / 2);
     const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -177,27 +181,33 @@ std::string sceneToml(const SceneText& text) {
     std::string waves;
     char line[1024];
     for (const Wave& w : kWaves) {
-        std::snprintf(line, sizeof line, "  { amplitude = %.17g, wavelength = %.17g, direction = %.17g, phase = %.17g },\n",
-                      w.amplitude, w.wavelength, w.direction_deg, w.phase);
+        std::snprintf(line, sizeof line,
+                      "  { amplitude = %.17g, wavelength = %.17g, direction = %.17g, phase = %.17g },\n", w.amplitude,
+                      w.wavelength, w.direction_deg, w.phase);
         waves += line;
     }
     const double half = 1 + text.extra;
     const glm::dvec3 d = sun();
-    std::snprintf(line, sizeof line,
-                  "photic = 1\n[domain]\nmin = [%.17g, %.17g, %.17g]\nmax = [%.17g, %.17g, %.17g]\nvoxel_size = %.17g\n", -half,
-                  -half, text.z_min, half, half, text.z_max, text.voxel_size);
+    std::snprintf(
+        line, sizeof line,
+        "photic = 1\n[domain]\nmin = [%.17g, %.17g, %.17g]\nmax = [%.17g, %.17g, %.17g]\nvoxel_size = %.17g\n", -half,
+        -half, text.z_min, half, half, text.z_max, text.voxel_size);
     std::string out = line;
     if (text.layer_height > 0) {
         std::snprintf(line, sizeof line, "layer_height = %.17g\n", text.layer_height);
         out += line;
     }
     out += "shear = " + (text.shear.starts_with("[") ? text.shear : "\"" + text.shear + "\"") + "\n";
-    std::snprintf(line, sizeof line,
-                  "[[light]]\ntype = \"sun\"\ndirection = [%.17g, %.17g, %.17g]\nirradiance = %.17g\nangular_diameter = %.17g\n",
-                  d.x, d.y, d.z, text.irradiance, text.angular_diameter_deg);
+    std::snprintf(
+        line, sizeof line,
+        "[[light]]\ntype = \"sun\"\ndirection = [%.17g, %.17g, %.17g]\nirradiance = %.17g\nangular_diameter = %.17g\n",
+        d.x, d.y, d.z, text.irradiance, text.angular_diameter_deg);
     out += line;
-    out += "[[surface]]\nname = \"water\"\nkind = \"height_field\"\nsize = [4.0, 4.0]\noutside = \"none\"\nevent = \"refract\"\n"
-           "ior_above = 1.0\nior_below = 1.333\nwaves = [\n" + waves + "]\n";
+    out +=
+        "[[surface]]\nname = \"water\"\nkind = \"height_field\"\nsize = [4.0, 4.0]\noutside = \"none\"\nevent = "
+        "\"refract\"\n"
+        "ior_above = 1.0\nior_below = 1.333\nwaves = [\n" +
+        waves + "]\n";
     out += text.objects;
     out += "[bake]\n" + text.bake;
     if (!text.beams.empty()) out += "[bake.beams]\n" + text.beams;
@@ -208,7 +218,8 @@ std::string sceneToml(const SceneText& text) {
 
 double relativeL1(const std::vector<double>& a, const std::vector<double>& reference) {
     double difference = 0, sum = 0;
-    for (std::size_t i = 0; i < reference.size(); ++i) difference += std::fabs(a[i] - reference[i]), sum += reference[i];
+    for (std::size_t i = 0; i < reference.size(); ++i)
+        difference += std::fabs(a[i] - reference[i]), sum += reference[i];
     return difference / sum;
 }
 

@@ -39,16 +39,16 @@ std::vector<glm::dvec3> discDirections(const glm::dvec3& axis, double angular_di
 
 /// A scene file of this pool.
 struct SceneText {
-    double voxel_size = 2.0 / 128;   ///< [m]
-    double layer_height = 0;         ///< [m]; 0: voxel_size
+    double voxel_size = 2.0 / 128;  ///< [m]
+    double layer_height = 0;        ///< [m]; 0: voxel_size
     double z_min = kFloor, z_max = 0.08;
     double angular_diameter_deg = 0;
-    std::string shear = "none";      ///< as in the file
-    std::string bake;                ///< lines below [bake]
-    std::string beams;               ///< lines below [bake.beams]
-    std::string objects;             ///< further tables
-    double irradiance = 1;           ///< [W/m2]
-    double extra = 0;                ///< the domain is [-1 - extra, 1 + extra]^2 [m]
+    std::string shear = "none";  ///< as in the file
+    std::string bake;            ///< lines below [bake]
+    std::string beams;           ///< lines below [bake.beams]
+    std::string objects;         ///< further tables
+    double irradiance = 1;       ///< [W/m2]
+    double extra = 0;            ///< the domain is [-1 - extra, 1 + extra]^2 [m]
 };
 std::string sceneToml(const SceneText& text);
 

@@ -23,7 +23,9 @@ TEST(Pool3, IndependentGeneratorConvergesToTheMap) {
     for (const int mesh : {256, 512, 1024}) {
         const double error = relativeL1(pool3::traceFloor(mesh, 512, pool3::sun()).values, exact.values);
         RecordProperty("relative_l1_" + std::to_string(mesh), std::to_string(error));
-        if (last > 0) { EXPECT_GT(std::log2(last / error), 1.8) << mesh; }
+        if (last > 0) {
+            EXPECT_GT(std::log2(last / error), 1.8) << mesh;
+        }
         last = error;
     }
     EXPECT_LT(last, 0.004);

@@ -13,7 +13,8 @@ double incompleteBeta(double a, double b, double x) {
     if (x <= 0) return 0;
     if (x >= 1) return 1;
     if (x > (a + 1) / (a + b + 2)) return 1 - incompleteBeta(b, a, 1 - x);
-    const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
+    const double front =
+        std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
     const auto apart = [](double v) { return std::fabs(v) < 1e-300 ? 1e-300 : v; };
     double c = 1, d = 1 / apart(1 - (a + b) * x / (a + 1)), result = d;
     for (int m = 1; m < 500; ++m) {
@@ -29,7 +30,9 @@ double incompleteBeta(double a, double b, double x) {
 
 }  // namespace
 
-double studentTail(double t, int freedom) { return incompleteBeta(freedom / 2.0, 0.5, freedom / (freedom + t * t)) / 2; }
+double studentTail(double t, int freedom) {
+    return incompleteBeta(freedom / 2.0, 0.5, freedom / (freedom + t * t)) / 2;
+}
 
 double normalTail(double z) { return std::erfc(z / std::numbers::sqrt2) / 2; }
 

@@ -11,7 +11,7 @@ namespace {
 TEST(Statistics, TailsAreThoseOfTheTables) {
     EXPECT_NEAR(studentTail(2.1314495, 15), 0.025, 1e-5);
     EXPECT_NEAR(studentTail(4.0727652, 15), 0.0005, 1e-6);
-    EXPECT_NEAR(studentTail(1, 1), 0.25, 1e-12);   // Cauchy
+    EXPECT_NEAR(studentTail(1, 1), 0.25, 1e-12);  // Cauchy
     EXPECT_NEAR(normalTail(1.959964), 0.025, 1e-8);
 }
 

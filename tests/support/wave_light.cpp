@@ -69,7 +69,12 @@ WaveLight::Ray WaveLight::ray(double u) const {
     const double cos_alpha = cos_beta * cos_t + sin_beta * sin_t;
     const double d_beta = p.curvature / length2;
     const double d_t = cos_beta * d_beta / (eta_ * cos_t);
-    return {u,       p.h, sin_alpha / cos_alpha, cos_alpha, fresnelTransmittance(cos_beta, 1, eta_), (d_beta - d_t) / (cos_alpha * cos_alpha),
+    return {u,
+            p.h,
+            sin_alpha / cos_alpha,
+            cos_alpha,
+            fresnelTransmittance(cos_beta, 1, eta_),
+            (d_beta - d_t) / (cos_alpha * cos_alpha),
             p.slope};
 }
 
@@ -173,7 +178,8 @@ void WaveLight::fillLayer(VoxelMeans& out, int k, double x0, double dx, const La
     };
 
     std::vector<std::vector<double>> cuts(static_cast<std::size_t>(lines));
-    for (const Root& r : roots(layer.bottom, at_bottom, x0, dx, lines)) cuts[static_cast<std::size_t>(r.line)].push_back(r.u);
+    for (const Root& r : roots(layer.bottom, at_bottom, x0, dx, lines))
+        cuts[static_cast<std::size_t>(r.line)].push_back(r.u);
     for (const Root& r : roots(layer.top, at_top, x0, dx, lines)) cuts[static_cast<std::size_t>(r.line)].push_back(r.u);
 
     std::vector<Sum> left(static_cast<std::size_t>(lines));

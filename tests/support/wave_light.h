@@ -18,10 +18,11 @@ Profile cosineProfile(double amplitude, double wavenumber);
 /// Voxel averages in the plane, i (along x) fastest.
 struct VoxelMeans {
     int nx = 0, nz = 0;
-    std::vector<double> fluence;   ///< mean scalar irradiance [W/m2]
-    std::vector<double> down;      ///< mean of -F_z, the irradiance on horizontal planes [W/m2]
-    std::vector<double> across;    ///< mean of F_x [W/m2]
-    std::vector<double> jacobian;  ///< least |J| of all arrivals in the voxel, 0 where a sheet folds; +inf without light
+    std::vector<double> fluence;  ///< mean scalar irradiance [W/m2]
+    std::vector<double> down;     ///< mean of -F_z, the irradiance on horizontal planes [W/m2]
+    std::vector<double> across;   ///< mean of F_x [W/m2]
+    std::vector<double>
+        jacobian;  ///< least |J| of all arrivals in the voxel, 0 where a sheet folds; +inf without light
     std::size_t index(int i, int k) const { return static_cast<std::size_t>(k) * nx + i; }
 };
 
@@ -43,8 +44,8 @@ public:
     double horizontal(double x, double z) const;
     double fluence(double x, double z) const;
 
-    /// Means over voxels [x0 + i dx, x0 + (i+1) dx] x [z0 + k dz, z0 + (k+1) dz]; voxels above the surface hold 0, and cut ones
-    /// the light in their wet part. Converged to 1e-8 or so of the mean.
+    /// Means over voxels [x0 + i dx, x0 + (i+1) dx] x [z0 + k dz, z0 + (k+1) dz]; voxels above the surface hold 0, and
+    /// cut ones the light in their wet part. Converged to 1e-8 or so of the mean.
     VoxelMeans voxelMeans(double x0, double dx, int nx, double z0, double dz, int nz) const;
 
 private:

@@ -47,7 +47,8 @@ TEST(WaveLightTruth, CuspLiesWhereTheFormulaSays) {
 }
 
 /// Means by 1e6 rays at regular places, each with its exact length through every voxel.
-VoxelMeans bruteForce(const WaveLight& light, double extinction, double x0, double dx, int nx, double z0, double dz, int nz) {
+VoxelMeans bruteForce(const WaveLight& light, double extinction, double x0, double dx, int nx, double z0, double dz,
+                      int nz) {
     VoxelMeans out;
     out.nx = nx, out.nz = nz;
     out.fluence.resize(static_cast<std::size_t>(nx) * nz), out.down = out.across = out.fluence;
@@ -57,7 +58,8 @@ VoxelMeans bruteForce(const WaveLight& light, double extinction, double x0, doub
         const double u = -1.5 + (r + 0.5) * du, h = kAmplitude * std::cos(kWavenumber * u);
         const double tan_alpha = light.landing(u, h - 1) - u;
         const double cos_alpha = 1 / std::hypot(1, tan_alpha);
-        const double power = du * fresnelTransmittance(1 / std::hypot(1, kAmplitude * kWavenumber * std::sin(kWavenumber * u)), 1, kEta);
+        const double power =
+            du * fresnelTransmittance(1 / std::hypot(1, kAmplitude * kWavenumber * std::sin(kWavenumber * u)), 1, kEta);
         for (int k = 0; k < nz; ++k) {
             const double top = std::min(h, z0 + (k + 1) * dz), bottom = z0 + k * dz;
             if (top <= bottom) continue;
@@ -75,7 +77,8 @@ VoxelMeans bruteForce(const WaveLight& light, double extinction, double x0, doub
                     middle = top - (top - bottom) * (sa + sb) / 2;
                 }
                 // Extinction at the middle of the piece: second order in an exponent of 1e-2.
-                const double height = power * part * (top - bottom) * std::exp(-extinction * (h - middle) / cos_alpha) / (dx * dz);
+                const double height =
+                    power * part * (top - bottom) * std::exp(-extinction * (h - middle) / cos_alpha) / (dx * dz);
                 const auto v = out.index(i, k);
                 out.fluence[v] += height / cos_alpha, out.down[v] += height, out.across[v] += height * tan_alpha;
             }
@@ -142,9 +145,13 @@ TEST(WaveLightTruth, LeastJacobianFindsTheFolds) {
         for (int i = 0; i < 64; ++i) {
             const double j = means.jacobian[means.index(i, k)];
             folded += j == 0;
-            if (k >= 42) { EXPECT_GT(j, 0) << "a fold above the cusp in " << i << " " << k; }
+            if (k >= 42) {
+                EXPECT_GT(j, 0) << "a fold above the cusp in " << i << " " << k;
+            }
             // Where no arrival folds, the sum of 1/|J| over a handful of arrivals bounds the mean.
-            if (j > 0 && std::isfinite(j)) { EXPECT_LT(means.fluence[means.index(i, k)], 8 / j); }
+            if (j > 0 && std::isfinite(j)) {
+                EXPECT_LT(means.fluence[means.index(i, k)], 8 / j);
+            }
         }
     }
     EXPECT_GE(folded, 2 * 38);  // two strands below the cusp

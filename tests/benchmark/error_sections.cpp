@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "bake/threads/parallel_for.h"
+#include "tests/benchmark/sections.h"
+
+namespace photic::benchmark {
+namespace {
+
+std::string percent(double part) { return fmt::format("{:.3g} %", 100 * part); }
+
+GivenOptions mesh(std::int64_t cells) { return option("mesh", cells); }
+
+/// Time and error of one method at growing cost, and what it would take to reach an error by the slope of its last
+/// points.
+struct Ladder {
+    std::vector<double> seconds, errors;
+    /// d log(error) / d log(time) between the first and the last point.
+    double slope() const {
+        return std::log(errors.back() / errors.front()) / std::log(seconds.back() / seconds.front());
+    }
+    double secondsFor(double error) const {
+        // between two points where they span the error, by the slope otherwise
+        for (std::size_t i = 0; i + 1 < errors.size(); ++i) {
+            if (errors[i] >= error && errors[i + 1] <= error) {
+                const double part = std::log(error / errors[i]) / std::log(errors[i + 1] / errors[i]);
+                return seconds[i] * std::pow(seconds[i + 1] / seconds[i], part);
+            }
+        }
+        return seconds.back() * std::pow(error / errors.back(), 1 / slope());
+    }
+    bool reaches(double error) const { return errors.back() <= error; }
+};
+
+}  // namespace
+
+void floorErrors(const Effort& effort, Findings& findings) {
+    setThreadCount(1);
+    Table table{"Floor of the pool, 512 x 512, one core",
+                "Against the exact map of tests/data; a point sun.",
+                {"beams, mesh", "[s]", "relative L1", "relative RMSE"},
+                {}};
+    const auto exact = truth::pool3::exactFloor();
+    for (const std::int64_t cells :
+         effort.quick ? std::vector<std::int64_t>{64} : std::vector<std::int64_t>{256, 512, 1024, 2048, 4096}) {
+        const Timed t = measure(poolCase(poolFloor(512), "beams", mesh(cells)), effort);
+        const auto map = floorValues(t.result.field);
+        table.add({std::to_string(cells), fmt::format("{:.3f}", t.seconds),
+                   percent(truth::relativeL1(map, exact.values)), percent(truth::relativeRmse(map, exact.values))});
+    }
+    setThreadCount(0);
+    findings.tables.push_back(table);
+}
+
+void volumeErrors(const Effort& effort, Findings& findings) {
+    const int n = effort.quick ? 16 : 128;
+    setThreadCount(0);
+    truth::pool3::SceneText text = poolBox(n);
+    text.bake = "quadrature = 4\n";
+    const Timed reference = once(poolCase(text, "beams", mesh(effort.quick ? 64 : 2048)));
+    text.bake.clear();
+
+    setThreadCount(1);
+    Table table{fmt::format("Pool {}^3, time against error, one core", n),
+                "Irradiance of all voxels against beams with mesh 2048 and four points a layer, which agree with the "
+                "photons within their noise.",
+                {"method", "[s]", "relative L1", "relative RMSE"},
+                {}};
+    const auto run = [&](const std::string& series, const std::string& label, const truth::pool3::SceneText& scene,
+                         const std::string& method, const GivenOptions& options, Ladder& ladder) {
+        const Timed t = measure(poolCase(scene, method, options), effort);
+        const FieldError e = fieldError(t.result.field, reference.result.field);
+        table.add({series + ", " + label, fmt::format("{:.3f}", t.seconds), percent(e.l1), percent(e.rmse)});
+        findings.points.push_back({series, series + ", " + label, t.seconds, e.rmse});
+        ladder.seconds.push_back(t.seconds), ladder.errors.push_back(e.rmse);
+    };
+    Ladder beams, adaptive, quasi, random;
+    for (const std::int64_t cells :
+         effort.quick ? std::vector<std::int64_t>{16, 32} : std::vector<std::int64_t>{128, 192, 256, 384, 512, 768}) {
+        run("beams", fmt::format("mesh {}", cells), text, "beams", mesh(cells), beams);
+    }
+    run("beams", "adaptive", text, "beams", {}, adaptive);
+    const auto counts = effort.quick ? std::vector<double>{1e3, 1e4} : std::vector<double>{1e5, 1e6, 1e7};
+    for (const double count : counts) {
+        const auto paths = option("count", static_cast<std::int64_t>(count));
+        run("photons, quasi-random", fmt::format("{:.0e} paths", count), text, "photons", paths, quasi);
+        run("photons, random", fmt::format("{:.0e} paths", count), text, "photons",
+            paths | option("sampling", std::string("random")), random);
+    }
+    findings.tables.push_back(table);
+
+    constexpr double kError = 0.014;
+    Table equal{fmt::format("Seconds to {:.1f} % relative RMSE, pool {}^3, one core", 100 * kError, n),
+                "Beyond the last row above, the time follows from the measured slope of log error over log time.",
+                {"method", "[s]", "slope", "reached by", "this / beams"},
+                {}};
+    const double fastest = beams.secondsFor(kError);
+    for (const auto& [name, ladder] : {std::pair<std::string, const Ladder&>{"beams", beams},
+                                       {"photons, quasi-random", quasi},
+                                       {"photons, random", random}}) {
+        equal.add({name, fmt::format("{:.3g}", ladder.secondsFor(kError)), fmt::format("{:.2f}", ladder.slope()),
+                   ladder.reaches(kError) ? "a run" : "the slope",
+                   fmt::format("{:.1f}", ladder.secondsFor(kError) / fastest)});
+    }
+    findings.tables.push_back(equal);
+    setThreadCount(0);
+}
+
+}  // namespace photic::benchmark

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an artist sees: the pool's floor under a sun with a disc, looked up trilinearly in the volume.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "bake/field/post_process.h"
+#include "bake/picture/receiver_picture.h"
+#include "tests/conformance/bake_scene.h"
+
+namespace photic {
+namespace {
+
+using truth::pool3::SceneText;
+
+/// Texels of the picture per pixel of the map, a side: the map holds means, a picture point values.
+constexpr int kOver = 4;
+
+struct Looked {
+    double relative_l1 = 0;
+    std::int64_t voxels = 0;
+    glm::ivec3 size{0};
+};
+
+/// The pool with voxels of `cell` [m] that `where` asks for.
+SceneText pool(double cell, const std::string& where) {
+    SceneText text;
+    text.voxel_size = cell;
+    text.extra = 0.03;  // beyond the map, so that its rim is looked up between voxels too
+    text.z_min = truth::pool3::kFloor - 4 * cell, text.z_max = 0.08;
+    text.angular_diameter_deg = 0.53;
+    text.objects =
+        "[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -1.5], normal = [0, 0, 1] }\nrole = \"receiver\"\n";
+    text.bake = where;
+    return text;
+}
+const char* const kBand = "where = \"receivers\"\nband = 2\n";
+
+Looked lookUp(const SceneText& text, bool prefilter) {
+    Baked baked = bakeText(truth::pool3::sceneToml(text), "beams", option("mesh", std::int64_t{1024}));
+    if (prefilter) prefilterForTrilinear(baked.result.field);
+    Looked looked;
+    looked.voxels = baked.field().needed().count();
+    looked.size = baked.field().frame().size();
+
+    const LightVolume volume{std::move(baked.result.field)};
+    PictureFrame frame;
+    frame.origin = {-1, -1, truth::pool3::kFloor}, frame.across = {2, 0, 0}, frame.up = {0, 2, 0};
+    frame.width = frame.height = 512 * kOver;
+    const Image image = receiverPicture(volume, frame);
+    std::vector<double> map(512 * 512);
+    for (int y = 0; y < frame.height; ++y) {
+        for (int x = 0; x < frame.width; ++x) {
+            map[static_cast<std::size_t>(y / kOver) * 512 + x / kOver] +=
+                image.at(x, frame.height - 1 - y, 0) / double(kOver * kOver);
+        }
+    }
+    looked.relative_l1 = truth::relativeL1(map, truth::pool3::exactDiscFloor().values);
+    fmt::print("  cell {:.2f} mm, layers {:.2f} mm, shear {}, prefilter {}: {} voxels needed, relative L1 {:.4f}\n",
+               1e3 * text.voxel_size, 1e3 * (text.layer_height > 0 ? text.layer_height : text.voxel_size), text.shear,
+               prefilter, looked.voxels, looked.relative_l1);
+    return looked;
+}
+
+TEST(Receivers, PrefilteredCellsOfOne256thAreWithinFourPercent) {
+    const SceneText text = pool(2.0 / 256, kBand);
+    const Looked plain = lookUp(text, false), filtered = lookUp(text, true);
+    EXPECT_LE(filtered.relative_l1, 0.04);
+    EXPECT_LT(filtered.relative_l1, plain.relative_l1) << "the prefilter does nothing";
+}
+
+TEST(Receivers, AFinerBandIsWithinOnePercent) {
+    const Looked looked = lookUp(pool(2.0 / 1024, kBand), true);
+    EXPECT_LE(looked.relative_l1, 0.01);
+    EXPECT_LT(looked.voxels, 5'000'000);
+}
+
+TEST(Receivers, ShearedGridsAreFinerForAsManyVoxels) {
+    // A slab of 1/4 m about the floor. Leaning layers may be several times as thick, which pays for narrower cells.
+    const auto slab = [](double cell, double layer, const char* shear) {
+        SceneText text = pool(cell, "");
+        text.z_min = truth::pool3::kFloor - 0.125, text.z_max = truth::pool3::kFloor + 0.125;
+        text.layer_height = layer, text.shear = shear;
+        return text;
+    };
+    const Looked aligned = lookUp(slab(2.0 / 256, 0, "none"), true);
+    // Leaning makes the frame some 0.1 m wider: cells 7 % wider than the layers alone would allow keep the count.
+    const auto sheared = [&](int thicker) {
+        return lookUp(slab(1.07 * 2.0 / 256 / std::sqrt(thicker), thicker * 2.0 / 256, "light"), true);
+    };
+    const Looked four = sheared(4), eight = sheared(8);
+    for (const Looked& looked : {four, eight}) {
+        EXPECT_LE(looked.voxels, aligned.voxels);
+        EXPECT_GT(looked.voxels, 0.8 * static_cast<double>(aligned.voxels));
+    }
+    EXPECT_LT(four.relative_l1, 0.6 * aligned.relative_l1);
+}
+
+}  // namespace
+}  // namespace photic
