@@ -40,13 +40,18 @@ FrameRange parseFrames(const std::string& text) {
     if (!pair) {
         used = 0;
         if (std::sscanf(text.c_str(), "%9d%n", &range.first, &used) != 1 || used != static_cast<int>(text.size())) {
-            throw Error(ErrorCode::Usage, fmt::format("'{}' is no range of frames; write --frames 1-48 or --frames 7", text), "--frames");
+            throw Error(ErrorCode::Usage,
+                        fmt::format("'{}' is no range of frames; write --frames 1-48 or --frames 7", text), "--frames");
         }
         range.last = range.first;
     }
     if (range.first < 0 || range.last < range.first || range.last - range.first >= 1000000) {
-        throw Error(ErrorCode::Usage, fmt::format("frames {} to {} are no range; the first must be 0 or more and not after the last, at most 1000000", range.first, range.last),
-                    "--frames");
+        throw Error(
+            ErrorCode::Usage,
+            fmt::format(
+                "frames {} to {} are no range; the first must be 0 or more and not after the last, at most 1000000",
+                range.first, range.last),
+            "--frames");
     }
     return range;
 }
@@ -56,7 +61,8 @@ std::string optionTable() {
     for (const Method& method : methodCatalogue()) {
         text += fmt::format("  {}: {}\n", method.name, method.summary);
         for (const OptionSpec& option : method.options) {
-            text += fmt::format("    {}.{}{}: {}\n", method.name, option.name, option.unit.empty() ? "" : " [" + option.unit + "]", option.help);
+            text += fmt::format("    {}.{}{}: {}\n", method.name, option.name,
+                                option.unit.empty() ? "" : " [" + option.unit + "]", option.help);
         }
     }
     return text + kExitCodes;
@@ -65,31 +71,44 @@ std::string optionTable() {
 void addProgress(CLI::App& verb, std::string& progress, int& threads) {
     verb.add_option("--progress", progress, "On stderr: a bar, JSON lines or nothing (default: a bar on a terminal)")
         ->check(CLI::IsMember({"bar", "json", "none"}));
-    verb.add_option("--threads", threads, "Threads; 0 takes all cores. Results don't depend on it")->check(CLI::Range(0, 1024));
+    verb.add_option("--threads", threads, "Threads; 0 takes all cores. Results don't depend on it")
+        ->check(CLI::Range(0, 1024));
 }
 
 void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& compression) {
     app.add_option("SCENE", a.scene, "Scene file (.toml)")->required();
-    app.add_option("-o,--output", a.output, "Volume to write (default: the scene's name, .vdb, in the current directory)");
+    app.add_option("-o,--output", a.output,
+                   "Volume to write (default: the scene's name, .vdb, in the current directory)");
     app.add_option("--method", a.method, "Bake method, or auto");
-    app.add_option("--frames", frames, "Frames A-B of an animated surface; writes NAME.0001.vdb ... Unchanged frames are kept");
+    app.add_option("--frames", frames,
+                   "Frames A-B of an animated surface; writes NAME.0001.vdb ... Unchanged frames are kept");
     app.add_flag("--force", a.force, "Bake frames again even when their inputs have not changed");
     app.add_flag("--dry-run", a.dry_run, "Estimate voxels, memory and time; bake nothing");
     app.add_option("--report", a.report_file, "Write the report as JSON to a file");
     app.add_flag("--json", a.json, "Print the report (or the estimate) as JSON on stdout");
     app.add_option("--voxel-size", a.voxel_size, "Voxel size [m] instead of the scene's");
-    app.add_option("--resolution", a.resolution, "Voxels along the domain's longest side instead of the scene's voxel size");
-    app.add_option("--where", a.where, "everywhere, receivers or media")->check(CLI::IsMember({"everywhere", "receivers", "media"}));
-    app.add_option("--paths", a.paths, "caustic (at least one specular event) or all")->check(CLI::IsMember({"caustic", "all"}));
+    app.add_option("--resolution", a.resolution,
+                   "Voxels along the domain's longest side instead of the scene's voxel size");
+    app.add_option("--where", a.where, "everywhere, receivers or media")
+        ->check(CLI::IsMember({"everywhere", "receivers", "media"}));
+    app.add_option("--paths", a.paths, "caustic (at least one specular event) or all")
+        ->check(CLI::IsMember({"caustic", "all"}));
     app.add_option("--quadrature", a.quadrature, "Points across a layer: 1, 2 or 4")->check(CLI::IsMember({1, 2, 4}));
     app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]");
-    app.add_flag_function("--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; }, "Invert the blur of trilinear look-ups");
-    app.add_option("--grids", a.grids, "Grids to write, comma-separated: irradiance, direction, caustic, density ...")->delimiter(',');
-    app.add_option("--set", a.set, "METHOD.OPTION=VALUE, for instance beams.mesh=512; may be repeated")->allow_extra_args(false);
+    app.add_flag_function(
+        "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },
+        "Invert the blur of trilinear look-ups");
+    app.add_option("--grids", a.grids, "Grids to write, comma-separated: irradiance, direction, caustic, density ...")
+        ->delimiter(',');
+    app.add_option("--set", a.set, "METHOD.OPTION=VALUE, for instance beams.mesh=512; may be repeated")
+        ->allow_extra_args(false);
     app.add_flag("!--f32", a.file.half, "Store 32-bit floats instead of half floats");
-    app.add_option("--compression", compression, "Of the .vdb (default mask)")->check(CLI::IsMember({"none", "mask", "blosc", "zip"}));
-    app.add_option("--standard-error", a.standard_error_file, "Also write the standard error per voxel, as irradiance, to a .vdb (photons)");
-    app.add_option("--max-memory", a.max_memory_bytes, "Refuse to bake above this estimate, for instance 8GB (default: the machine's)")
+    app.add_option("--compression", compression, "Of the .vdb (default mask)")
+        ->check(CLI::IsMember({"none", "mask", "blosc", "zip"}));
+    app.add_option("--standard-error", a.standard_error_file,
+                   "Also write the standard error per voxel, as irradiance, to a .vdb (photons)");
+    app.add_option("--max-memory", a.max_memory_bytes,
+                   "Refuse to bake above this estimate, for instance 8GB (default: the machine's)")
         ->transform(CLI::AsSizeValue(false));
     app.footer(optionTable);
 }
@@ -98,13 +117,19 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_option("SCENE", a.scene, "Scene file (.toml)")->required();
     app.add_option("VOLUME", a.volumes, "Volumes baked from it; several with --film-strip")->required();
     app.add_option("-o,--output", a.directory, "Folder for the pictures (default: the current one)");
-    app.add_option("--receiver", a.receivers, "Planar receiver to picture; may be repeated (default: all)")->allow_extra_args(false);
-    app.add_option("--slice", a.slices, "A layer of voxels, for instance z=-0.5 [m]; may be repeated")->allow_extra_args(false);
-    app.add_option("--xray", a.xrays, "Mean along x, y or z; may be repeated (default: y)")->allow_extra_args(false)->check(CLI::IsMember({"x", "y", "z"}));
+    app.add_option("--receiver", a.receivers, "Planar receiver to picture; may be repeated (default: all)")
+        ->allow_extra_args(false);
+    app.add_option("--slice", a.slices, "A layer of voxels, for instance z=-0.5 [m]; may be repeated")
+        ->allow_extra_args(false);
+    app.add_option("--xray", a.xrays, "Mean along x, y or z; may be repeated (default: y)")
+        ->allow_extra_args(false)
+        ->check(CLI::IsMember({"x", "y", "z"}));
     app.add_option("--resolution", a.resolution, "Texels along a receiver's longer side")->check(CLI::Range(1, 16384));
     app.add_option("--exposure", a.exposure, "Brightness of the display pictures")->check(CLI::PositiveNumber);
-    app.add_option("--max", a.max, "Top of the colour bar [W/m2] (default: from the picture)")->check(CLI::PositiveNumber);
-    app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures")->check(CLI::IsMember(colourMapNames()));
+    app.add_option("--max", a.max, "Top of the colour bar [W/m2] (default: from the picture)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures")
+        ->check(CLI::IsMember(colourMapNames()));
     app.add_flag("--film-strip", a.film_strip, "One picture with all volumes side by side, of each thing asked for");
     app.add_option("--columns", a.columns, "Pictures a row of a film strip")->check(CLI::Range(1, 1000));
     app.add_flag("--view", a.view, "Also a perspective view of the lit scene through its water");
@@ -114,10 +139,13 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")->check(CLI::Range(1.0, 150.0));
     app.add_option("--size", a.size, "Size of the view, for instance 960x640");
     app.add_option("--samples", a.samples, "Samples a side and pixel of the view")->check(CLI::Range(1, 16));
-    app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view")->check(CLI::NonNegativeNumber);
-    app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's")->check(CLI::NonNegativeNumber);
+    app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's")
+        ->check(CLI::NonNegativeNumber);
     app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")->check(CLI::Range(-0.99, 0.99));
-    app.add_option("--look", a.look, "cutaway (open sides, straight eye rays) or natural (solid sides, eye rays refract)")
+    app.add_option("--look", a.look,
+                   "cutaway (open sides, straight eye rays) or natural (solid sides, eye rays refract)")
         ->check(CLI::IsMember({"cutaway", "natural"}));
     app.add_flag("!--no-surface", a.show_surface, "Look through the water surface as if it were not there");
 }
@@ -126,12 +154,15 @@ void addPicture(CLI::App& app, PictureArguments& a) {
 void refuseUnknownVerb(const std::string& name, const std::vector<std::string>& known) {
     for (const PlannedVerb& planned : kPlannedVerbs) {
         if (planned.name == name) {
-            throw Error(ErrorCode::Usage, fmt::format("'{}' ({}) is not built yet; built are: {}", name, planned.what, fmt::join(known, ", ")));
+            throw Error(ErrorCode::Usage, fmt::format("'{}' ({}) is not built yet; built are: {}", name, planned.what,
+                                                      fmt::join(known, ", ")));
         }
     }
     if (std::find(known.begin(), known.end(), name) != known.end()) return;
     const std::string near = nearestName(name, known);
-    throw Error(ErrorCode::Usage, fmt::format("unknown verb '{}'; {}the verbs are: {}", name, near.empty() ? "" : "did you mean '" + near + "'? ", fmt::join(known, ", ")));
+    throw Error(ErrorCode::Usage,
+                fmt::format("unknown verb '{}'; {}the verbs are: {}", name,
+                            near.empty() ? "" : "did you mean '" + near + "'? ", fmt::join(known, ", ")));
 }
 
 Compression compressionNamed(const std::string& name) {
@@ -184,19 +215,26 @@ Verb parseArguments(int argc, const char* const* argv) {
     CLI::App* compare_app = app.add_subcommand("compare", "Measure how far two volumes or two EXR images are apart");
     compare_app->add_option("A", compare.a, "Volume (.vdb) or image (.exr)")->required();
     compare_app->add_option("B", compare.b, "The reference, of the same kind")->required();
-    compare_app->add_option("--max-error", compare.max_error, "Exit with 1 above this relative L1 error, for instance 0.01")->check(CLI::NonNegativeNumber);
-    compare_app->add_option("--standard-error", compare.standard_error, "Volume of B's standard error: adds chi-squared and z scores");
-    compare_app->add_option("--bias-allowance", compare.bias_allowance, "Relative bias that the scores forgive")->check(CLI::Range(0.0, 1.0));
+    compare_app
+        ->add_option("--max-error", compare.max_error, "Exit with 1 above this relative L1 error, for instance 0.01")
+        ->check(CLI::NonNegativeNumber);
+    compare_app->add_option("--standard-error", compare.standard_error,
+                            "Volume of B's standard error: adds chi-squared and z scores");
+    compare_app->add_option("--bias-allowance", compare.bias_allowance, "Relative bias that the scores forgive")
+        ->check(CLI::Range(0.0, 1.0));
     compare_app->add_option("--difference", compare.difference, "Write A - B as a colour-mapped PNG (images only)");
     compare_app->add_flag("--json", compare.json, "Print JSON on stdout");
-    CLI::App* picture_app = app.add_subcommand("picture", "Show receivers as they will be lit, slices, x-rays and views");
+    CLI::App* picture_app =
+        app.add_subcommand("picture", "Show receivers as they will be lit, slices, x-rays and views");
     addPicture(*picture_app, picture);
-    CLI::App* export_app = app.add_subcommand("export", "Write a volume as a slice atlas (EXR and JSON) for game engines");
+    CLI::App* export_app =
+        app.add_subcommand("export", "Write a volume as a slice atlas (EXR and JSON) for game engines");
     export_app->add_option("VOLUME", atlas.volume, "Light volume (.vdb)")->required();
     export_app->add_option("-o,--output", atlas.output, "Atlas to write (.exr; the sidecar gets .json)")->required();
     CLI::App* methods_app = app.add_subcommand("methods", "List the bake methods and their options");
     methods_app->add_flag("--json", methods.json, "Print JSON on stdout");
-    for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app}) addProgress(*verb, progress, threads);
+    for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app})
+        addProgress(*verb, progress, threads);
 
     std::vector<std::string> known;
     for (const CLI::App* verb : app.get_subcommands({})) known.push_back(verb->get_name());

@@ -56,12 +56,13 @@ bool upToDate(const std::string& path, const std::string& hash) {
         const auto found = metadata.find("scene_hash");
         return found != metadata.end() && found->second == hash;
     } catch (const Error&) {
-        return false;    // damaged: bake it again
+        return false;  // damaged: bake it again
     }
 }
 
 /// A volume as it is written, from a result whose field is moved out.
-LightVolume makeVolume(const Scene& scene, const Method& method, const Json& settings, const std::string& hash, BakeResult& result) {
+LightVolume makeVolume(const Scene& scene, const Method& method, const Json& settings, const std::string& hash,
+                       BakeResult& result) {
     const GridSet& grids = scene.bake.grids;
     LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {}, {}};
     if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
@@ -82,31 +83,39 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
     return volume;
 }
 
-void writeStandardError(const BakeArguments& arguments, const std::string& path, BakeResult& result, const Method& method, double reference) {
+void writeStandardError(const BakeArguments& arguments, const std::string& path, BakeResult& result,
+                        const Method& method, double reference) {
     if (!result.standard_error) {
-        throw Error(ErrorCode::Usage, fmt::format("method '{}' knows no standard error; use --method photons", method.name), "--standard-error");
+        throw Error(ErrorCode::Usage,
+                    fmt::format("method '{}' knows no standard error; use --method photons", method.name),
+                    "--standard-error");
     }
     LightVolume volume{std::move(*result.standard_error), reference, true, false, {}, {}};
-    volume.metadata = {{"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
+    volume.metadata = {
+        {"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
     if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
     writeVdb(path, volume, arguments.file);
 }
 
 /// The report as people read it.
-void summarise(Terminal& terminal, const std::string& output, const Method& method, const GridFrame& frame, const BakeReport& report, std::int64_t file_bytes) {
+void summarise(Terminal& terminal, const std::string& output, const Method& method, const GridFrame& frame,
+               const BakeReport& report, std::int64_t file_bytes) {
     const glm::ivec3 size = frame.size();
     terminal.say(fmt::format("{}: {:.4g} of {:.4g} needed voxels lit ({} x {} x {}, {:.4g} mm), {:.1f} MB", output,
-                             static_cast<double>(report.active_voxels), static_cast<double>(report.needed_voxels), size.x, size.y, size.z,
-                             frame.world_from_index[0].x * 1000, static_cast<double>(file_bytes) * 1e-6));
+                             static_cast<double>(report.active_voxels), static_cast<double>(report.needed_voxels),
+                             size.x, size.y, size.z, frame.world_from_index[0].x * 1000,
+                             static_cast<double>(file_bytes) * 1e-6));
     std::string stages;
     double total = 0;
     for (const auto& [stage, seconds] : report.seconds) {
         stages += fmt::format("{} {:.2f}, ", stage, seconds);
         total += seconds;
     }
-    terminal.say(fmt::format("  {}{}{}, {} thread{}: {}together {:.2f} s", method.name, report.instruction_set.empty() ? "" : ", ",
-                             report.instruction_set, report.threads, report.threads == 1 ? "" : "s", stages, total));
-    terminal.say(fmt::format("  power ledger off by {:.1e}, path ledger by {:.1e}", report.power.imbalance(), report.path.imbalance()));
+    terminal.say(fmt::format("  {}{}{}, {} thread{}: {}together {:.2f} s", method.name,
+                             report.instruction_set.empty() ? "" : ", ", report.instruction_set, report.threads,
+                             report.threads == 1 ? "" : "s", stages, total));
+    terminal.say(fmt::format("  power ledger off by {:.1e}, path ledger by {:.1e}", report.power.imbalance(),
+                             report.path.imbalance()));
     if (!report.skipped.empty()) terminal.say(fmt::format("  skipped: {}", fmt::join(report.skipped, "; ")));
 }
 
@@ -117,15 +126,20 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
     Scene scene = loadScene(arguments.scene, frame_number, terminal);
     applySettings(arguments, scene);
     const Method& method = chooseMethod(scene.bake.method, scene);
-    for (const auto& [name, wanted] : {std::pair{"caustic", scene.bake.grids.caustic}, std::pair{"arrival_time", scene.bake.grids.arrival_time}}) {
+    for (const auto& [name, wanted] :
+         {std::pair{"caustic", scene.bake.grids.caustic}, std::pair{"arrival_time", scene.bake.grids.arrival_time}}) {
         if (wanted && std::find(method.grids.begin(), method.grids.end(), name) == method.grids.end()) {
-            throw Error(ErrorCode::Input, fmt::format("method '{}' makes no grid '{}'; it makes {} and density", method.name, name, fmt::join(method.grids, ", ")), scene.file);
+            throw Error(ErrorCode::Input,
+                        fmt::format("method '{}' makes no grid '{}'; it makes {} and density", method.name, name,
+                                    fmt::join(method.grids, ", ")),
+                        scene.file);
         }
     }
     const Json settings = settingsJson(scene, method, arguments.file);
     const std::string hash = inputHash(scene, settings);
-    Json document{{"schema", "photic-report-1"}, {"program", std::string("photic ") + kVersion}, {"scene", arguments.scene},
-                  {"scene_hash", hash},          {"frame", frame_number},                         {"output", output},
+    Json document{{"schema", "photic-report-1"}, {"program", std::string("photic ") + kVersion},
+                  {"scene", arguments.scene},    {"scene_hash", hash},
+                  {"frame", frame_number},       {"output", output},
                   {"up_to_date", false},         {"settings", settings}};
     if (arguments.frames && !arguments.force && upToDate(output, hash)) {
         terminal.say(output + ": unchanged, kept");
@@ -137,14 +151,22 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
 
     // The box alone may be more than the machine can hold: find out before a table of it is made.
     const GridFrame frame = sceneFrame(scene);
-    if (scene.bake.where == Where::Everywhere) checkMemory(estimateBake(scene, method, frame, nullptr, arguments.file), arguments.max_memory_bytes);
+    if (scene.bake.where == Where::Everywhere)
+        checkMemory(estimateBake(scene, method, frame, nullptr, arguments.file), arguments.max_memory_bytes);
+    if (const auto names = receiversAtTheEdge(scene, frame); !names.empty()) {
+        terminal.warn(
+            fmt::format("{} lie{} at the edge of the domain: look-ups there find up to half of the light; extend "
+                        "[domain] by two voxels behind",
+                        fmt::join(names, ", "), names.size() == 1 ? "s" : ""));
+    }
     terminal.progress("needed", 0);
     const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, terminal));
     checkMemory(estimateBake(scene, method, frame, needed.get(), arguments.file), arguments.max_memory_bytes);
     const double needed_seconds = watch.lap();
 
     const auto given = scene.bake.method_options.find(method.name);
-    BakeResult result = method.bake(scene, needed, given == scene.bake.method_options.end() ? GivenOptions{} : given->second, terminal);
+    BakeResult result =
+        method.bake(scene, needed, given == scene.bake.method_options.end() ? GivenOptions{} : given->second, terminal);
     terminal.checkCancelled();
     watch.lap();
     BakeReport& report = result.report;
@@ -187,7 +209,8 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
     return document;
 }
 
-int dryRun(const BakeArguments& arguments, int frame_number, int frames, const std::string& output, Terminal& terminal) {
+int dryRun(const BakeArguments& arguments, int frame_number, int frames, const std::string& output,
+           Terminal& terminal) {
     Scene scene = loadScene(arguments.scene, frame_number, terminal);
     applySettings(arguments, scene);
     const Method& method = chooseMethod(scene.bake.method, scene);
@@ -199,11 +222,14 @@ int dryRun(const BakeArguments& arguments, int frame_number, int frames, const s
         estimate = estimateBake(scene, method, frame, &needed, arguments.file);
     }
     const bool fits = estimate.memory_bytes <= limit;
-    terminal.say(fmt::format("{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on disk, {:.1f} s{} with {} on {} threads (an estimate, good to a factor of three)",
-                             output, static_cast<double>(estimate.needed_voxels), static_cast<double>(frame.voxelCount()),
-                             static_cast<double>(estimate.leaves), static_cast<double>(estimate.memory_bytes) * 1e-6,
-                             fits ? "" : " (more than there is: it would be refused)", static_cast<double>(estimate.file_bytes) * 1e-6,
-                             estimate.seconds * frames, frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    terminal.say(
+        fmt::format("{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on "
+                    "disk, {:.1f} s{} with {} on {} threads (an estimate, good to a factor of three)",
+                    output, static_cast<double>(estimate.needed_voxels), static_cast<double>(frame.voxelCount()),
+                    static_cast<double>(estimate.leaves), static_cast<double>(estimate.memory_bytes) * 1e-6,
+                    fits ? "" : " (more than there is: it would be refused)",
+                    static_cast<double>(estimate.file_bytes) * 1e-6, estimate.seconds * frames,
+                    frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
     if (arguments.json) {
         print({{"schema", "photic-estimate-1"},
                {"scene", arguments.scene},
@@ -241,12 +267,14 @@ int run(const BakeArguments& arguments, Terminal& terminal) {
         documents.push_back(bakeFrame(arguments, frame, output, terminal));
         outputs.push_back(output);
         if (arguments.frames) {
-            terminal.event(dump({{"event", "frame"}, {"frame", frame}, {"output", output}, {"report", documents.back()}}));
+            terminal.event(
+                dump({{"event", "frame"}, {"frame", frame}, {"output", output}, {"report", documents.back()}}));
         }
     }
     const Json& report = arguments.frames ? documents : documents.front();
     if (!arguments.report_file.empty()) writeFileAtomically(arguments.report_file, dump(report, 2) + "\n");
-    terminal.event(dump({{"event", "done"}, {"output", outputs.back()}, {"outputs", outputs}, {"report", documents.back()}}));
+    terminal.event(
+        dump({{"event", "done"}, {"output", outputs.back()}, {"outputs", outputs}, {"report", documents.back()}}));
     if (arguments.json) print(report);
     return 0;
 }

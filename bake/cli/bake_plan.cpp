@@ -9,10 +9,13 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 #include <string_view>
 
 #include "bake/cli/version.h"
+#include "bake/picture/receiver_picture.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
@@ -70,11 +73,14 @@ OptionValue parseValue(const OptionSpec& spec, const std::string& text, const st
             throw Error(ErrorCode::Usage, fmt::format("'{}' is no switch; use true or false", text), place);
         case OptionType::Integer:
             if (parseNumber(text, integer)) return integer;
-            throw Error(ErrorCode::Usage, fmt::format("'{}' is no whole number; the range is {} to {}", text, spec.min, spec.max), place);
+            throw Error(ErrorCode::Usage,
+                        fmt::format("'{}' is no whole number; the range is {} to {}", text, spec.min, spec.max), place);
         case OptionType::Number:
             if (parseNumber(text, number)) return number;
-            throw Error(ErrorCode::Usage, fmt::format("'{}' is no number; the range is {} to {}", text, spec.min, spec.max), place);
-        case OptionType::Choice: break;
+            throw Error(ErrorCode::Usage,
+                        fmt::format("'{}' is no number; the range is {} to {}", text, spec.min, spec.max), place);
+        case OptionType::Choice:
+            break;
     }
     return text;
 }
@@ -88,16 +94,21 @@ void applySet(const std::string& text, Scene& scene) {
     }
     const std::string method_name = text.substr(0, dot), option = text.substr(dot + 1, equals - dot - 1);
     const Method* method = findMethod(method_name);
-    if (!method) throw Error(ErrorCode::Usage, fmt::format("no method '{}'; {}", method_name, didYouMean(method_name, methodNames())), place);
+    if (!method)
+        throw Error(ErrorCode::Usage,
+                    fmt::format("no method '{}'; {}", method_name, didYouMean(method_name, methodNames())), place);
     std::vector<std::string> names;
     for (const OptionSpec& spec : method->options) {
         if (spec.name == option) {
-            scene.bake.method_options[method_name][option] = {parseValue(spec, text.substr(equals + 1), place), "--set"};
+            scene.bake.method_options[method_name][option] = {parseValue(spec, text.substr(equals + 1), place),
+                                                              "--set"};
             return;
         }
         names.push_back(spec.name);
     }
-    throw Error(ErrorCode::Usage, fmt::format("method '{}' has no option '{}'; {}", method_name, option, didYouMean(option, names)), place);
+    throw Error(ErrorCode::Usage,
+                fmt::format("method '{}' has no option '{}'; {}", method_name, option, didYouMean(option, names)),
+                place);
 }
 
 void applyGrids(const std::vector<std::string>& names, GridSet& grids) {
@@ -105,7 +116,9 @@ void applyGrids(const std::vector<std::string>& names, GridSet& grids) {
     bool* const targets[] = {&grids.irradiance, &grids.direction, &grids.caustic, &grids.arrival_time, &grids.density};
     for (const std::string& name : names) {
         const auto found = std::find(kGridNames.begin(), kGridNames.end(), name);
-        if (found == kGridNames.end()) throw Error(ErrorCode::Usage, fmt::format("no grid '{}'; {}", name, didYouMean(name, kGridNames)), "--grids");
+        if (found == kGridNames.end())
+            throw Error(ErrorCode::Usage, fmt::format("no grid '{}'; {}", name, didYouMean(name, kGridNames)),
+                        "--grids");
         *targets[found - kGridNames.begin()] = true;
     }
 }
@@ -123,7 +136,8 @@ void applyVoxelSize(const BakeArguments& arguments, Domain& domain) {
     }
     if (arguments.resolution) {
         if (*arguments.resolution < 1) {
-            throw Error(ErrorCode::Usage, fmt::format("resolution {}; it must be 1 or more", *arguments.resolution), "--resolution");
+            throw Error(ErrorCode::Usage, fmt::format("resolution {}; it must be 1 or more", *arguments.resolution),
+                        "--resolution");
         }
         const glm::dvec3 extent = domain.max - domain.min;
         size = std::max({extent.x, extent.y, extent.z}) / *arguments.resolution;
@@ -138,13 +152,29 @@ std::uint64_t fnv1a(std::string_view text, std::uint64_t hash) {
     return hash;
 }
 
-/// Seconds of a method on one thread, measured on a 2.6 GHz server core (docs/command_line.md): set-up, and per needed
-/// voxel and channel.
-struct Cost {
-    std::string_view method;
-    double set_up, per_value;
-};
-constexpr Cost kCosts[] = {{"beams", 0.15, 6e-9}, {"photons", 4.0, 1.5e-6}};
+/// Seconds of a method on one thread, without the write, fitted to bakes of the pool at 64, 128 and 256 voxels a side
+/// on a 2.6 GHz server core: within a factor of two there, perhaps three elsewhere.
+double methodSeconds(const Scene& scene, const Method& method, double needed_voxels, int channels,
+                     const glm::ivec3& size) {
+    if (method.name == "photons") {
+        double count = 0;
+        for (const OptionSpec& spec : method.options) {
+            if (spec.name != "count") continue;
+            OptionValue value = spec.default_value;
+            if (const auto given = scene.bake.method_options.find(method.name);
+                given != scene.bake.method_options.end()) {
+                if (const auto own = given->second.find("count"); own != given->second.end()) value = own->second.value;
+            }
+            if (const auto* integer = std::get_if<std::int64_t>(&value)) count = static_cast<double>(*integer);
+            if (const auto* number = std::get_if<double>(&value)) count = *number;
+        }
+        return count * (3.5e-7 + 1e-8 * size.z);
+    }
+    return 0.15 + needed_voxels * channels * (6e-9 + 7e-9 * scene.bake.quadrature);
+}
+
+// The program itself, its libraries and threads [bytes].
+constexpr double kProgramBytes = 6e7;
 
 }  // namespace
 
@@ -154,19 +184,24 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
         if (*arguments.method != "auto" && !findMethod(*arguments.method)) {
             auto names = methodNames();
             names.insert(names.begin(), "auto");
-            throw Error(ErrorCode::Usage, fmt::format("no method '{}'; {}", *arguments.method, didYouMean(*arguments.method, names)), "--method");
+            throw Error(ErrorCode::Usage,
+                        fmt::format("no method '{}'; {}", *arguments.method, didYouMean(*arguments.method, names)),
+                        "--method");
         }
         bake.method = *arguments.method;
     }
     applyVoxelSize(arguments, scene.domain);
     if (arguments.where) {
-        bake.where = *arguments.where == "receivers" ? Where::Receivers : *arguments.where == "media" ? Where::Media : Where::Everywhere;
+        bake.where = *arguments.where == "receivers" ? Where::Receivers
+                     : *arguments.where == "media"   ? Where::Media
+                                                     : Where::Everywhere;
     }
     if (arguments.paths) bake.paths = *arguments.paths == "all" ? Paths::All : Paths::Caustic;
     if (arguments.quadrature) bake.quadrature = *arguments.quadrature;
     if (arguments.tolerance) {
         if (!(*arguments.tolerance > 0) || !std::isfinite(*arguments.tolerance)) {
-            throw Error(ErrorCode::Usage, fmt::format("tolerance {} voxels; it must be above 0", *arguments.tolerance), "--tolerance");
+            throw Error(ErrorCode::Usage, fmt::format("tolerance {} voxels; it must be above 0", *arguments.tolerance),
+                        "--tolerance");
         }
         bake.tolerance = *arguments.tolerance;
     }
@@ -181,7 +216,8 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
         const Method* method = findMethod(name);
         if (!method) {
             const std::string place = options.empty() ? scene.file : options.begin()->second.where;
-            throw Error(ErrorCode::Input, fmt::format("[bake.{}] names no method; {}", name, didYouMean(name, methodNames())), place);
+            throw Error(ErrorCode::Input,
+                        fmt::format("[bake.{}] names no method; {}", name, didYouMean(name, methodNames())), place);
         }
         validateOptions(*method, options);
     }
@@ -224,9 +260,13 @@ std::string inputHash(const Scene& scene, const Json& settings) {
 }
 
 std::string outputPath(const BakeArguments& arguments, int frame) {
-    fs::path path = arguments.output.empty() ? fs::path(arguments.scene).stem().concat(".vdb") : fs::path(arguments.output);
+    fs::path path =
+        arguments.output.empty() ? fs::path(arguments.scene).stem().concat(".vdb") : fs::path(arguments.output);
     if (path.extension() != ".vdb") {
-        throw Error(ErrorCode::Usage, fmt::format("output '{}' does not end in .vdb; other formats are written by photic export", path.string()), "-o");
+        throw Error(
+            ErrorCode::Usage,
+            fmt::format("output '{}' does not end in .vdb; other formats are written by photic export", path.string()),
+            "-o");
     }
     if (!arguments.frames) return path.string();
     std::string name = path.filename().string();
@@ -243,11 +283,15 @@ std::string outputPath(const BakeArguments& arguments, int frame) {
 void checkWritable(const std::string& path) {
     std::error_code ignored;
     const fs::path parent = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-    const auto refuse = [&](const std::string& why) { throw Error(ErrorCode::Failed, "cannot write there: " + why, path); };
+    const auto refuse = [&](const std::string& why) {
+        throw Error(ErrorCode::Failed, "cannot write there: " + why, path);
+    };
     if (fs::is_directory(path, ignored)) refuse("it is a directory; give a file name");
-    if (!fs::exists(parent, ignored)) refuse(fmt::format("the directory '{}' does not exist; create it first", parent.string()));
+    if (!fs::exists(parent, ignored))
+        refuse(fmt::format("the directory '{}' does not exist; create it first", parent.string()));
     if (!fs::is_directory(parent, ignored)) refuse(fmt::format("'{}' is not a directory", parent.string()));
-    if (access(parent.c_str(), W_OK | X_OK) != 0) refuse(fmt::format("the directory '{}' is not writable; choose another with -o", parent.string()));
+    if (access(parent.c_str(), W_OK | X_OK) != 0)
+        refuse(fmt::format("the directory '{}' is not writable; choose another with -o", parent.string()));
 }
 
 BakeEstimate estimateBake(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
@@ -266,12 +310,11 @@ BakeEstimate estimateBake(const Scene& scene, const Method& method, const GridFr
     // Field and grids both exist while the file is written; a leaf's place in the tables takes about 100 bytes.
     const double field = leaves * 512 * 4 * (channels + scalars);
     estimate.file_bytes = static_cast<std::int64_t>(std::min(values * (file.half ? 2 : 4), 4e18));
-    estimate.memory_bytes = static_cast<std::int64_t>(std::min(2 * field + table * 4 + leaves * 100 + static_cast<double>(estimate.file_bytes), 8e18));
+    estimate.memory_bytes = static_cast<std::int64_t>(std::min(
+        kProgramBytes + 2 * field + table * 4 + leaves * 100 + static_cast<double>(estimate.file_bytes), 8e18));
     estimate.leaves = static_cast<std::int64_t>(std::min(leaves, 8e18));
-    for (const Cost& cost : kCosts) {
-        if (cost.method != method.name) continue;
-        estimate.seconds = cost.set_up + cost.per_value * static_cast<double>(estimate.needed_voxels) * channels * scene.bake.quadrature;
-    }
+    estimate.seconds =
+        methodSeconds(scene, method, static_cast<double>(estimate.needed_voxels), channels, frame.size());
     // The write is on one thread: about 60 million values a second with the default compression.
     estimate.seconds = estimate.seconds / threadCount() + values / 6e7;
     return estimate;
@@ -280,19 +323,39 @@ BakeEstimate estimateBake(const Scene& scene, const Method& method, const GridFr
 std::int64_t machineMemory() {
     std::int64_t bytes = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
     std::int64_t limit = 0;
-    std::ifstream container("/sys/fs/cgroup/memory.max");    // "max" when there is no limit
+    std::ifstream container("/sys/fs/cgroup/memory.max");  // "max" when there is no limit
     if (container >> limit && limit > 0) bytes = std::min(bytes, limit);
     return bytes;
+}
+
+std::vector<std::string> receiversAtTheEdge(const Scene& scene, const GridFrame& frame) {
+    std::vector<std::string> names;
+    for (const std::string& name : planarReceivers(scene)) {
+        PictureFrame receiver;
+        try {
+            receiver = receiverFrame(scene, name, 1);
+        } catch (const Error&) {
+            continue;  // outside of the domain altogether
+        }
+        const glm::dvec3 index = frame.indexFromWorld(receiver.origin + 0.5 * (receiver.across + receiver.up));
+        // Along the axis that the receiver faces, both neighbours of a look-up must be voxels of the grid.
+        const glm::dvec3 facing = glm::abs(glm::transpose(frame.world_from_index) * receiver.normal);
+        const int axis = facing.x > facing.y && facing.x > facing.z ? 0 : facing.y > facing.z ? 1 : 2;
+        if (index[axis] < frame.min[axis] || index[axis] > frame.max[axis]) names.push_back(name);
+    }
+    return names;
 }
 
 void checkMemory(const BakeEstimate& estimate, std::int64_t max_memory_bytes) {
     const std::int64_t limit = max_memory_bytes > 0 ? max_memory_bytes : machineMemory();
     if (estimate.memory_bytes <= limit) return;
-    throw Error(ErrorCode::Failed,
-                fmt::format("the bake would take about {:.3g} GB for {:.4g} voxels, more than the {} of {:.3g} GB; use a larger "
-                            "voxel_size, where = \"receivers\" or fewer grids",
-                            static_cast<double>(estimate.memory_bytes) * 1e-9, static_cast<double>(estimate.needed_voxels),
-                            max_memory_bytes > 0 ? "--max-memory" : "machine's memory", static_cast<double>(limit) * 1e-9));
+    throw Error(
+        ErrorCode::Failed,
+        fmt::format(
+            "the bake would take about {:.3g} GB for {:.4g} voxels, more than the {} of {:.3g} GB; use a larger "
+            "voxel_size, where = \"receivers\" or fewer grids",
+            static_cast<double>(estimate.memory_bytes) * 1e-9, static_cast<double>(estimate.needed_voxels),
+            max_memory_bytes > 0 ? "--max-memory" : "machine's memory", static_cast<double>(limit) * 1e-9));
 }
 
 }  // namespace photic::cli

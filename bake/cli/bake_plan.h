@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
@@ -35,14 +36,17 @@ void checkWritable(const std::string& path);
 struct BakeEstimate {
     GridFrame frame;
     std::int64_t needed_voxels = 0, leaves = 0;
-    std::int64_t memory_bytes = 0;    ///< peak of the field, its table, and the grids while they are written
+    std::int64_t memory_bytes = 0;  ///< peak of the field, its table, and the grids while they are written
     std::int64_t file_bytes = 0;
-    double seconds = 0;               ///< on this machine's number of threads; within a factor of three or so
+    double seconds = 0;  ///< on this machine's number of threads; within a factor of three or so
 };
 
 /// From the needed voxels, or when `needed` is null from the frame's box: an upper bound.
 BakeEstimate estimateBake(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
                           const VdbOptions& file);
+
+/// Planar receivers so close to the grid's edge that trilinear look-ups on them lose light: they need a voxel behind.
+std::vector<std::string> receiversAtTheEdge(const Scene& scene, const GridFrame& frame);
 
 /// The memory limit of the machine or of its container [bytes].
 std::int64_t machineMemory();

@@ -22,22 +22,27 @@ namespace photic::cli {
 namespace {
 
 Json numbers(const Difference& d) {
-    return {{"relative_l1", d.relativeL1()},
-            {"relative_l2", d.relativeL2()},
-            {"energy_ratio", d.energyRatio()},
-            {"worst", {{"difference", d.worst()}, {"relative", d.relativeWorst()}, {"a", d.worstA()}, {"b", d.worstB()}}}};
+    return {
+        {"relative_l1", d.relativeL1()},
+        {"relative_l2", d.relativeL2()},
+        {"energy_ratio", d.energyRatio()},
+        {"worst", {{"difference", d.worst()}, {"relative", d.relativeWorst()}, {"a", d.worstA()}, {"b", d.worstB()}}}};
 }
 
 /// Both lattices must be the same for voxels to be compared by index.
 void checkSameLattice(const CompareArguments& arguments, const GridFrame& a, const GridFrame& b) {
     double apart = 0;
     for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 index(corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y, corner & 4 ? b.max.z : b.min.z);
+        const glm::dvec3 index(corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
+                               corner & 4 ? b.max.z : b.min.z);
         apart = std::max(apart, glm::length(a.worldFromIndex(index) - b.worldFromIndex(index)));
     }
     const double voxel = std::cbrt(b.voxelVolume());
     if (apart <= 1e-3 * voxel) return;
-    throw Error(ErrorCode::Input, fmt::format("the volumes' voxels do not coincide (they are up to {:.3g} m apart, a voxel is {:.3g} m); bake both on one grid", apart, voxel),
+    throw Error(ErrorCode::Input,
+                fmt::format("the volumes' voxels do not coincide (they are up to {:.3g} m apart, a voxel is {:.3g} m); "
+                            "bake both on one grid",
+                            apart, voxel),
                 arguments.a + ", " + arguments.b);
 }
 
@@ -56,8 +61,12 @@ public:
     }
     Json json() const {
         const double n = std::max<double>(1, static_cast<double>(count_));
-        return {{"voxels", count_}, {"bias_allowance", bias_}, {"chi2_per_voxel", chi2_ / n}, {"chi2_per_voxel_without_allowance", plain_chi2_ / n},
-                {"share_above_3", static_cast<double>(above3_) / n}, {"worst_z", worst_}};
+        return {{"voxels", count_},
+                {"bias_allowance", bias_},
+                {"chi2_per_voxel", chi2_ / n},
+                {"chi2_per_voxel_without_allowance", plain_chi2_ / n},
+                {"share_above_3", static_cast<double>(above3_) / n},
+                {"worst_z", worst_}};
     }
 
 private:
@@ -73,7 +82,9 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     checkSameLattice(arguments, a.field.frame(), b.field.frame());
     const bool flux = a.has_direction && b.has_direction && a.field.channels().flux && b.field.channels().flux;
     if (a.field.channels().irradiance != b.field.channels().irradiance) {
-        throw Error(ErrorCode::Input, "one volume is coloured and the other is not; bake both with the same lights and medium", arguments.a + ", " + arguments.b);
+        throw Error(ErrorCode::Input,
+                    "one volume is coloured and the other is not; bake both with the same lights and medium",
+                    arguments.a + ", " + arguments.b);
     }
     std::optional<LightVolume> sigma;
     if (!arguments.standard_error.empty()) {
@@ -86,7 +97,8 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     glm::ivec3 worst_voxel{0};
     const auto visit = [&](const glm::ivec3& voxel) {
         for (int c = 0; c < b.field.channels().irradiance; ++c) {
-            if (light.add(static_cast<double>(a.field.value(voxel, c)), static_cast<double>(b.field.value(voxel, c)))) worst_voxel = voxel;
+            if (light.add(static_cast<double>(a.field.value(voxel, c)), static_cast<double>(b.field.value(voxel, c))))
+                worst_voxel = voxel;
         }
         if (flux) {
             const glm::dvec3 fa = a.field.flux(voxel), fb = b.field.flux(voxel);
@@ -100,7 +112,7 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     });
 
     error = light.relativeL1();
-    if (flux && !(flow.relativeL1() <= error)) error = flow.relativeL1();    // NaN wins
+    if (flux && !(flow.relativeL1() <= error)) error = flow.relativeL1();  // NaN wins
     Json irradiance = numbers(light);
     irradiance["worst"]["index"] = toJson(worst_voxel);
     irradiance["worst"]["world"] = toJson(b.field.frame().worldFromIndex(glm::dvec3(worst_voxel)));
@@ -114,22 +126,27 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
 Json compareImages(const CompareArguments& arguments, double& error) {
     const Image a = readExr(arguments.a), b = readExr(arguments.b);
     if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
-        throw Error(ErrorCode::Input, fmt::format("the images differ in shape: {} x {} with {} channels, {} x {} with {}; make both at one resolution", a.width,
-                                                  a.height, a.channels, b.width, b.height, b.channels),
-                    arguments.a + ", " + arguments.b);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format(
+                "the images differ in shape: {} x {} with {} channels, {} x {} with {}; make both at one resolution",
+                a.width, a.height, a.channels, b.width, b.height, b.channels),
+            arguments.a + ", " + arguments.b);
     }
     Difference light;
     int worst_x = 0, worst_y = 0;
     for (int y = 0; y < b.height; ++y) {
         for (int x = 0; x < b.width; ++x) {
             for (int c = 0; c < std::min(3, b.channels); ++c) {
-                if (light.add(static_cast<double>(a.at(x, y, c)), static_cast<double>(b.at(x, y, c)))) worst_x = x, worst_y = y;
+                if (light.add(static_cast<double>(a.at(x, y, c)), static_cast<double>(b.at(x, y, c))))
+                    worst_x = x, worst_y = y;
             }
         }
     }
     if (!arguments.difference.empty()) {
         checkWritable(arguments.difference);
-        Image difference{b.width, b.height, 1, std::vector<float>(static_cast<std::size_t>(b.width) * static_cast<std::size_t>(b.height))};
+        Image difference{b.width, b.height, 1,
+                         std::vector<float>(static_cast<std::size_t>(b.width) * static_cast<std::size_t>(b.height))};
         Image magnitude = difference;
         for (int y = 0; y < b.height; ++y) {
             for (int x = 0; x < b.width; ++x) {
@@ -149,23 +166,34 @@ Json compareImages(const CompareArguments& arguments, double& error) {
 std::string describe(const Json& d) {
     const auto line = [](const char* name, const Json& n) {
         // Infinite where the reference is dark.
-        const auto percent = [&](const char* key) { return n[key].is_number() && std::isfinite(n[key].get<double>()) ? fmt::format("{:.4g} %", n[key].get<double>() * 100) : std::string("infinite"); };
-        return fmt::format("{}: relative L1 {}, L2 {}, energy ratio {:.7g}, worst {:.4g} ({:.5g} against {:.5g})", name, percent("relative_l1"), percent("relative_l2"),
-                           n["energy_ratio"].get<double>(), n["worst"]["difference"].get<double>(), n["worst"]["a"].get<double>(), n["worst"]["b"].get<double>());
+        const auto percent = [&](const char* key) {
+            return n[key].is_number() && std::isfinite(n[key].get<double>())
+                       ? fmt::format("{:.4g} %", n[key].get<double>() * 100)
+                       : std::string("infinite");
+        };
+        return fmt::format("{}: relative L1 {}, L2 {}, energy ratio {:.7g}, worst {:.4g} ({:.5g} against {:.5g})", name,
+                           percent("relative_l1"), percent("relative_l2"), n["energy_ratio"].get<double>(),
+                           n["worst"]["difference"].get<double>(), n["worst"]["a"].get<double>(),
+                           n["worst"]["b"].get<double>());
     };
     const Json& light = d["irradiance"];
     std::string text = line("irradiance", light);
     if (d["kind"] == "volume") {
         const Json &i = light["worst"]["index"], &w = light["worst"]["world"];
-        text += fmt::format(" at voxel ({}, {}, {}), world ({:.5g}, {:.5g}, {:.5g}) m", i[0].get<int>(), i[1].get<int>(), i[2].get<int>(), w[0].get<double>(), w[1].get<double>(), w[2].get<double>());
+        text +=
+            fmt::format(" at voxel ({}, {}, {}), world ({:.5g}, {:.5g}, {:.5g}) m", i[0].get<int>(), i[1].get<int>(),
+                        i[2].get<int>(), w[0].get<double>(), w[1].get<double>(), w[2].get<double>());
         if (!d["flux"].is_null()) text += fmt::format("\n{}", line("flux", d["flux"]));
         if (!d["standard_error"].is_null()) {
             const Json& s = d["standard_error"];
-            text += fmt::format("\nagainst the standard error of {} voxels: chi2/n {:.4f}, {:.3g} % above 3, worst z {:.2f}", s["voxels"].get<std::int64_t>(),
-                                s["chi2_per_voxel"].get<double>(), s["share_above_3"].get<double>() * 100, s["worst_z"].get<double>());
+            text += fmt::format(
+                "\nagainst the standard error of {} voxels: chi2/n {:.4f}, {:.3g} % above 3, worst z {:.2f}",
+                s["voxels"].get<std::int64_t>(), s["chi2_per_voxel"].get<double>(),
+                s["share_above_3"].get<double>() * 100, s["worst_z"].get<double>());
         }
     } else {
-        text += fmt::format(" at pixel ({}, {})", light["worst"]["pixel"][0].get<int>(), light["worst"]["pixel"][1].get<int>());
+        text += fmt::format(" at pixel ({}, {})", light["worst"]["pixel"][0].get<int>(),
+                            light["worst"]["pixel"][1].get<int>());
     }
     text += '\n';
     return text;
@@ -174,13 +202,17 @@ std::string describe(const Json& d) {
 }  // namespace
 
 int run(const CompareArguments& arguments, Terminal& terminal) {
-    const std::string kind_a = std::filesystem::path(arguments.a).extension(), kind_b = std::filesystem::path(arguments.b).extension();
+    const std::string kind_a = std::filesystem::path(arguments.a).extension(),
+                      kind_b = std::filesystem::path(arguments.b).extension();
     if (kind_a != kind_b || (kind_a != ".vdb" && kind_a != ".exr")) {
-        throw Error(ErrorCode::Usage, fmt::format("'{}' and '{}' cannot be compared; give two .vdb or two .exr files", arguments.a, arguments.b));
+        throw Error(ErrorCode::Usage, fmt::format("'{}' and '{}' cannot be compared; give two .vdb or two .exr files",
+                                                  arguments.a, arguments.b));
     }
     const bool volumes = kind_a == ".vdb";
-    if (volumes && !arguments.difference.empty()) throw Error(ErrorCode::Usage, "--difference is for images; make pictures of the volumes first", "--difference");
-    if (!volumes && !arguments.standard_error.empty()) throw Error(ErrorCode::Usage, "--standard-error is for volumes", "--standard-error");
+    if (volumes && !arguments.difference.empty())
+        throw Error(ErrorCode::Usage, "--difference is for images; make pictures of the volumes first", "--difference");
+    if (!volumes && !arguments.standard_error.empty())
+        throw Error(ErrorCode::Usage, "--standard-error is for volumes", "--standard-error");
 
     double error = 0;
     const Json result = volumes ? compareVolumes(arguments, terminal, error) : compareImages(arguments, error);

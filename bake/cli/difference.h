@@ -23,9 +23,7 @@ public:
     /// sum |a - b| / sum |b|; infinite when only b is dark.
     double relativeL1() const { return ratio(sum_d_, sum_abs_b_); }
     /// sqrt(mean (a - b)^2) / mean |b|.
-    double relativeL2() const {
-        return ratio(std::sqrt(sum_d2_ * static_cast<double>(count_)), sum_abs_b_);
-    }
+    double relativeL2() const { return ratio(std::sqrt(sum_d2_ * static_cast<double>(count_)), sum_abs_b_); }
     /// Largest |a - b|, absolute and over the mean of |b|.
     double worst() const { return worst_; }
     double relativeWorst() const { return ratio(worst_ * static_cast<double>(count_), sum_abs_b_); }

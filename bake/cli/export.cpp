@@ -10,7 +10,8 @@ namespace photic::cli {
 
 int run(const ExportArguments& arguments, Terminal& terminal) {
     if (std::filesystem::path(arguments.output).extension() != ".exr") {
-        throw Error(ErrorCode::Usage, "output '" + arguments.output + "' does not end in .exr, the one format that is built", "-o");
+        throw Error(ErrorCode::Usage,
+                    "output '" + arguments.output + "' does not end in .exr, the one format that is built", "-o");
     }
     checkWritable(arguments.output);
     terminal.progress("read", 0);

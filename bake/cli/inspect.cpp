@@ -60,7 +60,9 @@ std::vector<GridSummary> summarise(const LightVolume& volume) {
     });
     for (const auto& [name, scalar] : volume.scalars) {
         GridSummary grid{name, name == "arrival_time" ? "m" : "", 1};
-        forEachVoxel(scalar.needed(), [&, &values = scalar](const glm::ivec3& voxel) { grid.add(static_cast<double>(values.value(voxel, 0))); });
+        forEachVoxel(scalar.needed(), [&, &values = scalar](const glm::ivec3& voxel) {
+            grid.add(static_cast<double>(values.value(voxel, 0)));
+        });
         grids.push_back(grid);
     }
     return grids;
@@ -70,7 +72,8 @@ std::vector<GridSummary> summarise(const LightVolume& volume) {
 Json worldBounds(const GridFrame& frame) {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 index(corner & 1 ? frame.max.x + 0.5 : frame.min.x - 0.5, corner & 2 ? frame.max.y + 0.5 : frame.min.y - 0.5,
+        const glm::dvec3 index(corner & 1 ? frame.max.x + 0.5 : frame.min.x - 0.5,
+                               corner & 2 ? frame.max.y + 0.5 : frame.min.y - 0.5,
                                corner & 4 ? frame.max.z + 0.5 : frame.min.z - 0.5);
         low = glm::min(low, frame.worldFromIndex(index));
         high = glm::max(high, frame.worldFromIndex(index));
@@ -92,33 +95,47 @@ Json checkLedgers(const LightVolume& volume, std::vector<LawCheck>& laws) {
     PowerLedger power;
     PathLedger path;
     readLedger(text->second, power, path);
-    const auto law = [&](const char* name, double value, double limit) { laws.push_back({name, value, limit, value <= limit}); };
+    const auto law = [&](const char* name, double value, double limit) {
+        laws.push_back({name, value, limit, value <= limit});
+    };
     law("power ledger closes", power.imbalance(), kFileLedgerLimit);
     law("path ledger closes", path.imbalance(), kFileLedgerLimit);
     const PathLedger in_file{depositedInFile(volume.field), path.expected};
     // The prefilter trades neighbours' light: its sum is that of the ledger only where nothing was clamped.
     const auto prefilter = volume.metadata.find("prefilter");
-    const bool comparable = volume.has_irradiance && (prefilter == volume.metadata.end() || prefilter->second == "false" || prefilter->second == "none");
+    const bool comparable = volume.has_irradiance && (prefilter == volume.metadata.end() ||
+                                                      prefilter->second == "false" || prefilter->second == "none");
     if (comparable) law("path ledger closes in the file", in_file.imbalance(), kFileLedgerLimit);
-    return {{"power", toJson(power)}, {"path", toJson(path)}, {"path_in_file", toJson(in_file)}, {"path_in_file_checked", comparable}};
+    return {{"power", toJson(power)},
+            {"path", toJson(path)},
+            {"path_in_file", toJson(in_file)},
+            {"path_in_file_checked", comparable}};
 }
 
 std::string describe(const InspectArguments& arguments, const Json& d) {
-    const auto triple = [](const Json& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0].get<double>(), v[1].get<double>(), v[2].get<double>()); };
-    std::string text = fmt::format("{}: {:.1f} MB, {} active voxels\n", arguments.volume, d["file_bytes"].get<double>() * 1e-6, d["active_voxels"].get<std::int64_t>());
+    const auto triple = [](const Json& v) {
+        return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
+    };
+    std::string text = fmt::format("{}: {:.1f} MB, {} active voxels\n", arguments.volume,
+                                   d["file_bytes"].get<double>() * 1e-6, d["active_voxels"].get<std::int64_t>());
     const Json& grid = d["grid"];
-    text += fmt::format("  index {} to {}, world {} to {} m{}\n", triple(grid["index_min"]), triple(grid["index_max"]), triple(d["bounds"]["min"]),
-                        triple(d["bounds"]["max"]), grid["sheared"].get<bool>() ? ", sheared" : "");
+    text += fmt::format("  index {} to {}, world {} to {} m{}\n", triple(grid["index_min"]), triple(grid["index_max"]),
+                        triple(d["bounds"]["min"]), triple(d["bounds"]["max"]),
+                        grid["sheared"].get<bool>() ? ", sheared" : "");
     for (const Json& g : d["grids"]) {
-        const auto number = [&](const char* key) { return g[key].is_null() ? std::string("none") : fmt::format("{:.5g}", g[key].get<double>()); };
-        text += fmt::format("  grid {:<13} {} channel{}, {} to {}, mean {} {}\n", g["name"].get<std::string>(), g["channels"].get<int>(), g["channels"] == 1 ? "" : "s",
-                            number("min"), number("max"), number("mean"), g["unit"].get<std::string>());
+        const auto number = [&](const char* key) {
+            return g[key].is_null() ? std::string("none") : fmt::format("{:.5g}", g[key].get<double>());
+        };
+        text += fmt::format("  grid {:<13} {} channel{}, {} to {}, mean {} {}\n", g["name"].get<std::string>(),
+                            g["channels"].get<int>(), g["channels"] == 1 ? "" : "s", number("min"), number("max"),
+                            number("mean"), g["unit"].get<std::string>());
     }
     for (const auto& [key, value] : d["metadata"].items()) {
         if (key != "ledger" && key != "options") text += fmt::format("  {:<21} {}\n", key, value.get<std::string>());
     }
     for (const Json& law : d["laws"]) {
-        text += fmt::format("  {} {}: {:.2e} (at most {:.2e})\n", law["holds"].get<bool>() ? "holds:" : "BROKEN:", law["name"].get<std::string>(),
+        text += fmt::format("  {} {}: {:.2e} (at most {:.2e})\n",
+                            law["holds"].get<bool>() ? "holds:" : "BROKEN:", law["name"].get<std::string>(),
                             law["value"].is_null() ? NAN : law["value"].get<double>(), law["limit"].get<double>());
     }
     const Json& layers = d["layer_power"];
@@ -126,7 +143,9 @@ std::string describe(const InspectArguments& arguments, const Json& d) {
         text += "  downward power by layer [W], top first:\n";
         const std::size_t step = std::max<std::size_t>(1, layers.size() / 12);
         for (std::size_t i = layers.size(); i-- > 0;) {
-            if ((layers.size() - 1 - i) % step == 0) text += fmt::format("    z {:9.4f} m  {:.6g}\n", layers[i]["z"].get<double>(), layers[i]["power"].get<double>());
+            if ((layers.size() - 1 - i) % step == 0)
+                text += fmt::format("    z {:9.4f} m  {:.6g}\n", layers[i]["z"].get<double>(),
+                                    layers[i]["power"].get<double>());
         }
     }
     return text;

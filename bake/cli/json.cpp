@@ -13,7 +13,7 @@ namespace {
 /// The ledger's terms, in the order of the equation.
 struct PowerTerm {
     const char* name;
-    double PowerLedger::* value;
+    double PowerLedger::*value;
 };
 constexpr PowerTerm kPowerTerms[] = {{"emitted", &PowerLedger::emitted},
                                      {"reflected", &PowerLedger::reflected},
@@ -48,14 +48,12 @@ Json toJson(const OptionValue& value) {
 Json toJson(const GridFrame& frame) {
     Json rows = Json::array();
     for (int row = 0; row < 3; ++row) {
-        rows.push_back({frame.world_from_index[0][row], frame.world_from_index[1][row], frame.world_from_index[2][row]});
+        rows.push_back(
+            {frame.world_from_index[0][row], frame.world_from_index[1][row], frame.world_from_index[2][row]});
     }
-    return {{"size", toJson(frame.size())},
-            {"index_min", toJson(frame.min)},
-            {"index_max", toJson(frame.max)},
-            {"world_from_index", rows},
-            {"origin", toJson(frame.origin_world)},
-            {"voxel_volume", frame.voxelVolume()},
+    return {{"size", toJson(frame.size())},         {"index_min", toJson(frame.min)},
+            {"index_max", toJson(frame.max)},       {"world_from_index", rows},
+            {"origin", toJson(frame.origin_world)}, {"voxel_volume", frame.voxelVolume()},
             {"sheared", !frame.axisAligned()}};
 }
 
@@ -86,7 +84,9 @@ void readLedger(const std::string& text, PowerLedger& power, PathLedger& path) {
         path.deposited = json.at("path").at("deposited").get<double>();
         path.expected = json.at("path").at("expected").get<double>();
     } catch (const Json::exception& error) {
-        throw Error(ErrorCode::Input, std::string("the volume's ledger cannot be read (") + error.what() + "); bake it again", "photic:ledger");
+        throw Error(ErrorCode::Input,
+                    std::string("the volume's ledger cannot be read (") + error.what() + "); bake it again",
+                    "photic:ledger");
     }
 }
 

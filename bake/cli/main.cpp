@@ -38,13 +38,16 @@ int main(int argc, char** argv) {
     try {
         const int code = runVerb(photic::cli::parseArguments(argc, argv), terminal);
         if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-            return fail(ErrorCode::Failed, "stdout", "could not write all of the output; is the disk full or the pipe closed?");
+            return fail(ErrorCode::Failed, "stdout",
+                        "could not write all of the output; is the disk full or the pipe closed?");
         }
         return code;
     } catch (const photic::Error& error) {
         return fail(error.code(), error.where(), error.what());
     } catch (const std::bad_alloc&) {
-        return fail(ErrorCode::Failed, "", "out of memory; use a larger voxel_size, where = \"receivers\" or fewer grids (photic bake --dry-run estimates)");
+        return fail(ErrorCode::Failed, "",
+                    "out of memory; use a larger voxel_size, where = \"receivers\" or fewer grids (photic bake "
+                    "--dry-run estimates)");
     } catch (const std::exception& error) {
         return fail(ErrorCode::Failed, "", error.what());
     }

@@ -15,7 +15,9 @@ namespace {
 
 constexpr const char* kTypeNames[] = {"flag", "integer", "number", "choice"};
 
-bool hasRange(const OptionSpec& option) { return option.type == OptionType::Integer || option.type == OptionType::Number; }
+bool hasRange(const OptionSpec& option) {
+    return option.type == OptionType::Integer || option.type == OptionType::Number;
+}
 
 Json methodJson(const Method& method) {
     Json options = Json::array();
@@ -48,7 +50,8 @@ int run(const MethodsArguments& arguments, Terminal&) {
     for (const Method& method : methodCatalogue()) {
         text += fmt::format("{}: {}\n  grids: {}\n", method.name, method.summary, fmt::join(method.grids, ", "));
         for (const OptionSpec& option : method.options) {
-            text += fmt::format("  {} = {}{}", option.name, toJson(option.default_value).dump(), option.unit.empty() ? "" : " " + option.unit);
+            text += fmt::format("  {} = {}{}", option.name, toJson(option.default_value).dump(),
+                                option.unit.empty() ? "" : " " + option.unit);
             if (hasRange(option)) text += fmt::format(" ({} to {})", option.min, option.max);
             if (option.type == OptionType::Choice) text += fmt::format(" ({})", fmt::join(option.choices, ", "));
             text += fmt::format("\n      {}\n", option.help);

@@ -42,9 +42,9 @@ struct Shot {
 struct Subject {
     std::string name;
     std::function<Image(const Shot&)> make;
-    bool view = false;                 ///< filmic radiance instead of irradiance
-    bool linear_display = false;       ///< also a plain linear PNG (receivers)
-    int enlarge_to = 0;                ///< pixels of the shorter side; 0: as it is
+    bool view = false;            ///< filmic radiance instead of irradiance
+    bool linear_display = false;  ///< also a plain linear PNG (receivers)
+    int enlarge_to = 0;           ///< pixels of the shorter side; 0: as it is
 };
 
 int axisNamed(char letter) { return letter - 'x'; }
@@ -57,7 +57,8 @@ ColourMap colourMapNamed(const std::string& name) {
 glm::dvec3 parsePoint(const std::string& text, const char* option) {
     glm::dvec3 p{0};
     int used = 0;
-    if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 || used != static_cast<int>(text.size())) {
+    if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 ||
+        used != static_cast<int>(text.size())) {
         throw Error(ErrorCode::Usage, fmt::format("'{}' is no point; write {}=x,y,z in metres", text, option), option);
     }
     return p;
@@ -71,8 +72,11 @@ ViewSettings viewSettings(const PictureArguments& arguments, const Scene& scene)
     if (!arguments.size.empty()) {
         int used = 0;
         const bool pair = std::sscanf(arguments.size.c_str(), "%5dx%5d%n", &view.width, &view.height, &used) == 2;
-        if (!pair || used != static_cast<int>(arguments.size.size()) || std::min(view.width, view.height) < 1 || std::max(view.width, view.height) > 16384) {
-            throw Error(ErrorCode::Usage, fmt::format("'{}' is no size; write --size 960x640, at most 16384 a side", arguments.size), "--size");
+        if (!pair || used != static_cast<int>(arguments.size.size()) || std::min(view.width, view.height) < 1 ||
+            std::max(view.width, view.height) > 16384) {
+            throw Error(ErrorCode::Usage,
+                        fmt::format("'{}' is no size; write --size 960x640, at most 16384 a side", arguments.size),
+                        "--size");
         }
     }
     view.samples = arguments.samples;
@@ -85,7 +89,9 @@ ViewSettings viewSettings(const PictureArguments& arguments, const Scene& scene)
         // Only the top is open: look down into it.
         const glm::dvec3 back = view.eye - view.target;
         const double distance = glm::length(back);
-        if (arguments.eye.empty()) view.eye = view.target + distance * glm::normalize(glm::dvec3(back.x, back.y, 1.3 * std::hypot(back.x, back.y)));
+        if (arguments.eye.empty())
+            view.eye =
+                view.target + distance * glm::normalize(glm::dvec3(back.x, back.y, 1.3 * std::hypot(back.x, back.y)));
     }
     return view;
 }
@@ -95,9 +101,11 @@ std::pair<int, double> parseSlice(const std::string& text) {
     char letter = 0;
     double place = 0;
     int used = 0;
-    const bool fits = std::sscanf(text.c_str(), "%c=%lf%n", &letter, &place, &used) == 2 && used == static_cast<int>(text.size());
+    const bool fits =
+        std::sscanf(text.c_str(), "%c=%lf%n", &letter, &place, &used) == 2 && used == static_cast<int>(text.size());
     if (!fits || letter < 'x' || letter > 'z' || !std::isfinite(place)) {
-        throw Error(ErrorCode::Usage, fmt::format("'{}' is no slice; write for instance --slice z=-0.5", text), "--slice");
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is no slice; write for instance --slice z=-0.5", text),
+                    "--slice");
     }
     return {axisNamed(letter), place};
 }
@@ -112,7 +120,9 @@ int layerAt(const GridFrame& frame, int axis, double place) {
         const char letter = static_cast<char>('x' + axis);
         glm::dvec3 first = 0.5 * glm::dvec3(frame.min + frame.max), last = first;
         first[axis] = low, last[axis] = high;
-        throw Error(ErrorCode::Usage, fmt::format("{} = {} m lies outside of the volume, which reaches from {:.4g} to {:.4g} m", letter, place, frame.worldFromIndex(first)[axis], frame.worldFromIndex(last)[axis]),
+        throw Error(ErrorCode::Usage,
+                    fmt::format("{} = {} m lies outside of the volume, which reaches from {:.4g} to {:.4g} m", letter,
+                                place, frame.worldFromIndex(first)[axis], frame.worldFromIndex(last)[axis]),
                     "--slice");
     }
     return static_cast<int>(std::lround(std::clamp(index, low, high)));
@@ -127,7 +137,8 @@ double pixelAspect(const GridFrame& frame, int axis) {
 
 std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Scene& scene) {
     std::vector<Subject> subjects;
-    const bool asked = !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view_only;
+    const bool asked =
+        !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view_only;
     auto receivers = arguments.receivers, xrays = arguments.xrays;
     if (!asked) {
         receivers = planarReceivers(scene);
@@ -135,27 +146,40 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
     }
     for (const std::string& name : receivers) {
         const int resolution = arguments.resolution;
-        receiverFrame(scene, name, resolution);    // refuses unknown names before any work
-        subjects.push_back({name, [name, resolution](const Shot& shot) { return receiverPicture(shot.volume, receiverFrame(shot.scene, name, resolution)); }, false, true, 0});
+        receiverFrame(scene, name, resolution);  // refuses unknown names before any work
+        subjects.push_back({name,
+                            [name, resolution](const Shot& shot) {
+                                return receiverPicture(shot.volume, receiverFrame(shot.scene, name, resolution));
+                            },
+                            false, true, 0});
     }
     for (const std::string& text : arguments.slices) {
         const auto [axis, place] = parseSlice(text);
-        subjects.push_back({"slice_" + text, [axis = axis, place = place](const Shot& shot) {
+        subjects.push_back({"slice_" + text,
+                            [axis = axis, place = place](const Shot& shot) {
                                 const GridFrame& frame = shot.volume.field.frame();
                                 const Image image = slicePicture(shot.volume, axis, layerAt(frame, axis, place));
-                                return pixelAspect(frame, axis) == 1 ? image : enlarge(image, 0, pixelAspect(frame, axis));
-                            }, false, false, arguments.resolution});
+                                return pixelAspect(frame, axis) == 1 ? image
+                                                                     : enlarge(image, 0, pixelAspect(frame, axis));
+                            },
+                            false, false, arguments.resolution});
     }
     for (const std::string& letter : xrays) {
         const int axis = axisNamed(letter[0]);
-        subjects.push_back({"xray_" + letter, [axis](const Shot& shot) {
+        subjects.push_back({"xray_" + letter,
+                            [axis](const Shot& shot) {
                                 const double aspect = pixelAspect(shot.volume.field.frame(), axis);
                                 const Image image = xrayPicture(shot.volume, axis);
                                 return aspect == 1 ? image : enlarge(image, 0, aspect);
-                            }, false, false, arguments.resolution});
+                            },
+                            false, false, arguments.resolution});
     }
     if (arguments.view || arguments.view_only) {
-        subjects.push_back({"view", [&arguments](const Shot& shot) { return viewPicture(shot.scene, shot.volume, viewSettings(arguments, shot.scene)); }, true, false, 0});
+        subjects.push_back({"view",
+                            [&arguments](const Shot& shot) {
+                                return viewPicture(shot.scene, shot.volume, viewSettings(arguments, shot.scene));
+                            },
+                            true, false, 0});
     }
     if (subjects.empty()) throw Error(ErrorCode::Input, "nothing to picture", scene.file);
     return subjects;
@@ -178,7 +202,8 @@ double commonTop(const std::vector<Image>& images, double fraction) {
 
 class Album {
 public:
-    Album(const PictureArguments& arguments, Terminal& terminal) : arguments_(arguments), terminal_(terminal), map_(colourMapNamed(arguments.colour_map)) {}
+    Album(const PictureArguments& arguments, Terminal& terminal)
+        : arguments_(arguments), terminal_(terminal), map_(colourMapNamed(arguments.colour_map)) {}
 
     /// Writes all pictures of one subject from the images of every shot.
     void add(const Subject& subject, const std::vector<Image>& images, const std::vector<Shot>& shots) {
@@ -192,7 +217,9 @@ public:
                 linear.push_back(displayFilmic(images[i], 0.8 * arguments_.exposure / std::max(radiance_top, 1e-30)));
             } else {
                 mapped.push_back(displayMapped(shown, map_, 0, top, "W/m2"));
-                if (subject.linear_display) linear.push_back(displayLinear(shown, kWhiteOverReference * shots[i].volume.reference_irradiance / arguments_.exposure));
+                if (subject.linear_display)
+                    linear.push_back(displayLinear(
+                        shown, kWhiteOverReference * shots[i].volume.reference_irradiance / arguments_.exposure));
             }
             if (arguments_.film_strip) continue;
             write(base + ".exr", images[i], true);
@@ -223,7 +250,8 @@ private:
 
 int run(const PictureArguments& arguments, Terminal& terminal) {
     if (arguments.volumes.size() > 1 && !arguments.film_strip) {
-        throw Error(ErrorCode::Usage, fmt::format("{} volumes were given; several are for --film-strip", arguments.volumes.size()));
+        throw Error(ErrorCode::Usage,
+                    fmt::format("{} volumes were given; several are for --film-strip", arguments.volumes.size()));
     }
     std::error_code failure;
     fs::create_directories(arguments.directory, failure);

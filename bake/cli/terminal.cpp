@@ -19,13 +19,14 @@ namespace {
 std::atomic<bool> g_interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
-/// The share of a bake that lies before a stage and in it: only the order and rough size matter, for the bar and the ETA.
+/// The share of a bake that lies before a stage and in it: only the order and rough size matter, for the bar and the
+/// ETA.
 struct StageShare {
     std::string_view stage;
     double begin, end;
 };
-constexpr StageShare kStages[] = {{"scene", 0.0, 0.05}, {"needed", 0.05, 0.08}, {"trace", 0.08, 0.25}, {"deposit", 0.25, 0.75},
-                                  {"field", 0.75, 0.82}, {"write", 0.82, 1.0}};
+constexpr StageShare kStages[] = {{"scene", 0.0, 0.05},    {"needed", 0.05, 0.08}, {"trace", 0.08, 0.25},
+                                  {"deposit", 0.25, 0.75}, {"field", 0.75, 0.82},  {"write", 0.82, 1.0}};
 constexpr double kSecondsBetweenUpdates = 0.1;
 
 }  // namespace
@@ -63,7 +64,8 @@ std::vector<std::string> Terminal::takeWarnings() {
 
 double Terminal::overall(std::string_view stage, double fraction) {
     for (const StageShare& share : kStages) {
-        if (share.stage == stage) part_fraction_ = std::max(part_fraction_, share.begin + fraction * (share.end - share.begin));
+        if (share.stage == stage)
+            part_fraction_ = std::max(part_fraction_, share.begin + fraction * (share.end - share.begin));
     }
     return (part_ + part_fraction_) / parts_;
 }
@@ -91,7 +93,8 @@ void Terminal::show(std::string_view stage, double fraction) {
     const double eta = knows_eta ? elapsed * (1 - done) / done : 0;
     if (mode_ == ProgressMode::Events) {
         nlohmann::ordered_json line{{"event", "progress"}, {"stage", stage}, {"fraction", fraction}, {"overall", done}};
-        line["eta_s"] = knows_eta ? nlohmann::ordered_json(std::round(eta * 100) / 100) : nlohmann::ordered_json(nullptr);
+        line["eta_s"] =
+            knows_eta ? nlohmann::ordered_json(std::round(eta * 100) / 100) : nlohmann::ordered_json(nullptr);
         write(line.dump());
         return;
     }
@@ -124,7 +127,8 @@ void Terminal::warn(const std::string& message) {
     if (std::find(warnings_.begin(), warnings_.end(), message) != warnings_.end()) return;
     warnings_.push_back(message);
     if (json()) {
-        write(nlohmann::ordered_json{{"event", "warning"}, {"message", message}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+        write(nlohmann::ordered_json{{"event", "warning"}, {"message", message}}.dump(
+            -1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
         write("photic: warning: " + message);
     }

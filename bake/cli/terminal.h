@@ -11,9 +11,10 @@
 
 namespace photic::cli {
 
-enum class ProgressMode { Auto, Bar, Events, None };    ///< Auto: a bar when stderr is a terminal
+enum class ProgressMode { Auto, Bar, Events, None };  ///< Auto: a bar when stderr is a terminal
 
-/// Makes SIGINT and SIGTERM set a flag, and writes to closed pipes and full disks fail with an error instead of a signal.
+/// Makes SIGINT and SIGTERM set a flag, and writes to closed pipes and full disks fail with an error instead of a
+/// signal.
 void installSignalHandlers();
 /// SIGINT or SIGTERM has arrived.
 bool interrupted();

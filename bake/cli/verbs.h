@@ -13,20 +13,20 @@
 namespace photic::cli {
 
 struct FrameRange {
-    int first = 0, last = 0;    ///< inclusive
+    int first = 0, last = 0;  ///< inclusive
 };
 
 struct BakeArguments {
     std::string scene;
-    std::string output;                       ///< empty: the scene's name with .vdb, in the current directory
+    std::string output;  ///< empty: the scene's name with .vdb, in the current directory
     std::optional<FrameRange> frames;
     bool dry_run = false, force = false, json = false;
     std::string report_file;
     std::string standard_error_file;
     VdbOptions file;
-    std::int64_t max_memory_bytes = 0;        ///< 0: the machine's
+    std::int64_t max_memory_bytes = 0;  ///< 0: the machine's
     // Settings that replace the scene's.
-    std::vector<std::string> set;             ///< METHOD.OPTION=VALUE
+    std::vector<std::string> set;  ///< METHOD.OPTION=VALUE
     std::optional<std::string> method, where, paths;
     std::optional<double> voxel_size, tolerance;
     std::optional<int> resolution, quadrature;
@@ -40,11 +40,11 @@ struct InspectArguments {
 };
 
 struct CompareArguments {
-    std::string a, b;                         ///< b is the reference
+    std::string a, b;  ///< b is the reference
     std::optional<double> max_error;
-    std::string standard_error;               ///< a volume whose irradiance is the standard error of b
+    std::string standard_error;  ///< a volume whose irradiance is the standard error of b
     double bias_allowance = 0.005;
-    std::string difference;                   ///< PNG of a - b, images only
+    std::string difference;  ///< PNG of a - b, images only
     bool json = false;
 };
 
@@ -55,11 +55,11 @@ struct PictureArguments {
     std::vector<std::string> receivers, slices, xrays;
     int resolution = 512;
     double exposure = 1;
-    std::optional<double> max;                ///< [W/m2] top of the colour bar
+    std::optional<double> max;  ///< [W/m2] top of the colour bar
     std::string colour_map = "magma";
     bool film_strip = false;
     int columns = 4;
-    bool view = false;                        ///< beside the other pictures
+    bool view = false;  ///< beside the other pictures
     bool view_only = false;
     std::string eye, target, size;
     std::optional<double> field_of_view_deg, shafts, shaft_anisotropy;
@@ -80,8 +80,8 @@ struct MethodsArguments {
 /// The command line has been answered already (--help, --version).
 struct NothingToDo {};
 
-using Verb = std::variant<NothingToDo, BakeArguments, InspectArguments, CompareArguments, PictureArguments, ExportArguments,
-                          MethodsArguments>;
+using Verb = std::variant<NothingToDo, BakeArguments, InspectArguments, CompareArguments, PictureArguments,
+                          ExportArguments, MethodsArguments>;
 
 // Each runs one verb and returns its exit code; failures are thrown as photic::Error.
 int run(const BakeArguments& arguments, Terminal& terminal);

@@ -16,7 +16,7 @@ SurfacePoint surfaceAbove(const HeightField& surface, const glm::dvec2& xy) {
     // Fixed-point iteration: converges while the displacement's gradient is below 1, that is, while the surface
     // does not fold over itself.
     glm::dvec2 uv = xy;
-    for (int step = 0; step < 12; ++step) {
+    for (int step = 0; step < 60; ++step) {
         const glm::dvec2 miss = xy - glm::dvec2(point.position);
         uv += miss;
         point = surface.at(uv);
@@ -39,7 +39,9 @@ double filledFraction(double surface_k, double k) { return std::clamp(surface_k 
 class ColumnCrossings {
 public:
     ColumnCrossings(const TriangleMesh& mesh, const GridFrame& frame)
-        : min_(frame.min), size_(frame.size()), columns_(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y)) {
+        : min_(frame.min),
+          size_(frame.size()),
+          columns_(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y)) {
         const glm::dmat3 index_from_world = glm::inverse(frame.world_from_index);
         for (const auto& t : mesh.triangles) {
             glm::dvec3 p[3];
@@ -69,7 +71,8 @@ public:
 
 private:
     std::size_t columnOf(int i, int j) const {
-        return static_cast<std::size_t>(i - min_.x) * static_cast<std::size_t>(size_.y) + static_cast<std::size_t>(j - min_.y);
+        return static_cast<std::size_t>(i - min_.x) * static_cast<std::size_t>(size_.y) +
+               static_cast<std::size_t>(j - min_.y);
     }
 
     void addTriangle(const glm::dvec3 (&p)[3]) {
@@ -89,8 +92,10 @@ private:
                     const glm::dvec3 &q = p[(c + 1) % 3], &r = p[(c + 2) % 3];
                     const double edge = (r.x - q.x) * (j - q.y) - (r.y - q.y) * (i - q.x);
                     b[c] = edge / area;
-                    // A shared edge belongs to one of its two triangles: to that which it bounds from below or the left.
-                    const bool owns = area > 0 ? (r.y < q.y || (r.y == q.y && r.x > q.x)) : (r.y > q.y || (r.y == q.y && r.x < q.x));
+                    // A shared edge belongs to one of its two triangles: to that which it bounds from below or the
+                    // left.
+                    const bool owns =
+                        area > 0 ? (r.y < q.y || (r.y == q.y && r.x > q.x)) : (r.y > q.y || (r.y == q.y && r.x < q.x));
                     inside = b[c] > 0 || (b[c] == 0 && owns);
                 }
                 if (!inside) continue;
@@ -151,7 +156,8 @@ LightField mediumDensity(const Scene& scene, std::shared_ptr<const NeededVoxels>
         } else if (surface.mesh) {
             const ColumnCrossings crossings(*surface.mesh, frame);
             parallelFor(field.leafCount(), [&](std::int64_t slot) {
-                fillLeaf(field, static_cast<int>(slot), [&](const glm::ivec3& voxel) { return crossings.density(voxel); });
+                fillLeaf(field, static_cast<int>(slot),
+                         [&](const glm::ivec3& voxel) { return crossings.density(voxel); });
             });
         }
     }

@@ -15,13 +15,14 @@ namespace photic {
 
 namespace {
 
-constexpr glm::dvec3 kPaper{0.11, 0.12, 0.13};   // behind film strips and colour bars
+constexpr glm::dvec3 kPaper{0.11, 0.12, 0.13};  // behind film strips and colour bars
 constexpr glm::dvec3 kInk{0.92, 0.93, 0.94};
 
 Image displayImage(int width, int height, const glm::dvec3& fill) {
     Image image{width, height, 3, {}};
     image.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
-    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<float>(fill[static_cast<int>(i % 3)]);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+        image.pixels[i] = static_cast<float>(fill[static_cast<int>(i % 3)]);
     return image;
 }
 
@@ -33,7 +34,8 @@ void put(Image& image, int x, int y, const glm::dvec3& colour) {
 void paste(Image& target, const Image& source, int left, int top) {
     for (int y = 0; y < std::min(source.height, target.height - top); ++y) {
         for (int x = 0; x < std::min(source.width, target.width - left); ++x) {
-            for (int c = 0; c < 3; ++c) target.at(left + x, top + y, c) = source.at(x, y, std::min(c, source.channels - 1));
+            for (int c = 0; c < 3; ++c)
+                target.at(left + x, top + y, c) = source.at(x, y, std::min(c, source.channels - 1));
         }
     }
 }
@@ -70,7 +72,8 @@ double percentile(const Image& image, double fraction) {
         }
     }
     if (values.empty()) return 0;
-    const auto rank = static_cast<std::ptrdiff_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(values.size() - 1));
+    const auto rank =
+        static_cast<std::ptrdiff_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), values.begin() + rank, values.end());
     return values[static_cast<std::size_t>(rank)];
 }
@@ -127,7 +130,8 @@ Image displayMapped(const Image& image, ColourMap map, double min, double max, c
     }
     Image out = displayImage(image.width + 2 * margin + label_width, image.height, kPaper);
     for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) put(out, x, y, mapColour(map, (pixelMean(image, x, y) - min) / (max - min)));
+        for (int x = 0; x < image.width; ++x)
+            put(out, x, y, mapColour(map, (pixelMean(image, x, y) - min) / (max - min)));
     }
     const int left = image.width + margin;
     for (int y = 0; y < bar_height; ++y) {
@@ -155,7 +159,8 @@ Image enlarge(const Image& image, int pixels, double aspect) {
     const int width = image.width * factor;
     const int height = std::max(1, static_cast<int>(std::lround(image.height * factor * aspect)));
     Image out{width, height, image.channels, {}};
-    out.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(image.channels));
+    out.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                      static_cast<std::size_t>(image.channels));
     for (int y = 0; y < height; ++y) {
         const int from_y = std::min(image.height - 1, static_cast<int>((y + 0.5) / height * image.height));
         for (int x = 0; x < width; ++x) {
@@ -171,7 +176,8 @@ Image filmStrip(const std::vector<Image>& pictures, const std::vector<std::strin
     columns = std::clamp(columns, 1, count);
     const int rows = (count + columns - 1) / columns;
     int cell_width = 0, cell_height = 0;
-    for (const Image& p : pictures) cell_width = std::max(cell_width, p.width), cell_height = std::max(cell_height, p.height);
+    for (const Image& p : pictures)
+        cell_width = std::max(cell_width, p.width), cell_height = std::max(cell_height, p.height);
     const int scale = std::max(1, cell_height / 300), gap = 6 * scale, line = 14 * scale;
     Image out = displayImage(columns * (cell_width + gap) + gap, rows * (cell_height + line + gap) + gap, kPaper);
     for (int i = 0; i < count; ++i) {

@@ -21,7 +21,8 @@ namespace {
 
 Image blankImage(int width, int height, int channels) {
     Image image{width, height, channels, {}};
-    image.pixels.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels), 0.0F);
+    image.pixels.assign(
+        static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels), 0.0F);
     return image;
 }
 
@@ -101,10 +102,14 @@ std::vector<std::string> planarReceivers(const Scene& scene) {
 PictureFrame receiverFrame(const Scene& scene, const std::string& name, int resolution) {
     const auto names = planarReceivers(scene);
     if (std::find(names.begin(), names.end(), name) == names.end()) {
-        throw Error(ErrorCode::Input,
-                    names.empty() ? fmt::format("no receiver '{}': the scene has no planar receiver; add an [[object]] with plane = {{...}}", name)
-                                  : fmt::format("no planar receiver '{}'; the scene has: {}", name, fmt::join(names, ", ")),
-                    scene.file);
+        throw Error(
+            ErrorCode::Input,
+            names.empty()
+                ? fmt::format(
+                      "no receiver '{}': the scene has no planar receiver; add an [[object]] with plane = {{...}}",
+                      name)
+                : fmt::format("no planar receiver '{}'; the scene has: {}", name, fmt::join(names, ", ")),
+            scene.file);
     }
     const auto found = std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
         return o.name == name && o.receives() && std::holds_alternative<Plane>(o.shape);
@@ -137,7 +142,9 @@ PictureFrame receiverFrame(const Scene& scene, const std::string& name, int reso
     }
     const glm::dvec2 size = high - low;
     if (!(size.x > slack && size.y > slack)) {
-        throw Error(ErrorCode::Input, fmt::format("receiver '{}' lies outside the domain; move it or enlarge [domain]", name), found->where);
+        throw Error(ErrorCode::Input,
+                    fmt::format("receiver '{}' lies outside the domain; move it or enlarge [domain]", name),
+                    found->where);
     }
 
     PictureFrame frame;

@@ -14,8 +14,8 @@ namespace photic {
 /// A rectangle in the world that a picture is taken of: texel (x, y), top row first, is centred at
 /// origin + (x + 1/2) / width * across + (1 - (y + 1/2) / height) * up.
 struct PictureFrame {
-    glm::dvec3 origin{0}, across{0}, up{0};    ///< [m]
-    glm::dvec3 normal{0, 0, 1};                ///< unit, towards the light's side
+    glm::dvec3 origin{0}, across{0}, up{0};  ///< [m]
+    glm::dvec3 normal{0, 0, 1};              ///< unit, towards the light's side
     int width = 512, height = 512;
 };
 

@@ -20,7 +20,8 @@ struct FontVertex {
 
 std::string ascii(const std::string& text) {
     std::string out = text;
-    std::replace_if(out.begin(), out.end(), [](char c) { return c < 32 || c > 126; }, '?');
+    std::replace_if(
+        out.begin(), out.end(), [](char c) { return c < 32 || c > 126; }, '?');
     return out;
 }
 
@@ -34,10 +35,13 @@ void drawText(Image& image, int x, int y, const std::string& text, int scale, co
                                           static_cast<int>(vertices.size() * sizeof(FontVertex)));
     for (std::size_t quad = 0; quad < static_cast<std::size_t>(quads); ++quad) {
         const FontVertex &a = vertices[quad * 4], &b = vertices[quad * 4 + 2];
-        const auto pixel = [scale](int start, float dots) { return start + static_cast<int>(std::lround(dots * static_cast<float>(scale))); };
+        const auto pixel = [scale](int start, float dots) {
+            return start + static_cast<int>(std::lround(dots * static_cast<float>(scale)));
+        };
         for (int py = std::max(0, pixel(y, a.y)); py < std::min(image.height, pixel(y, b.y)); ++py) {
             for (int px = std::max(0, pixel(x, a.x)); px < std::min(image.width, pixel(x, b.x)); ++px) {
-                for (int c = 0; c < std::min(3, image.channels); ++c) image.at(px, py, c) = static_cast<float>(colour[c]);
+                for (int c = 0; c < std::min(3, image.channels); ++c)
+                    image.at(px, py, c) = static_cast<float>(colour[c]);
             }
         }
     }

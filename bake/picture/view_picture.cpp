@@ -83,11 +83,13 @@ public:
         for (int event = 0; event < kMaxEvents; ++event) {
             room = view_.clip(origin, direction);
             const double end = room ? std::max(0.0, room.exit) : 0.0;
-            const double surface = settings_.show_surface ? view_.surfaceDistance(origin, direction, end, in_water) : end;
+            const double surface =
+                settings_.show_surface ? view_.surfaceDistance(origin, direction, end, in_water) : end;
             const ViewHit hit = view_.receiver(origin, direction, std::min(end, surface), room);
             const double length = std::min({end, surface, hit.distance});
             if (in_water) {
-                result.colour += throughput * inScatter(origin, direction, length, seed + static_cast<std::uint32_t>(event));
+                result.colour +=
+                    throughput * inScatter(origin, direction, length, seed + static_cast<std::uint32_t>(event));
                 throughput *= glm::exp(-extinction_ * length);
             }
             const glm::dvec3 position = origin + length * direction;
@@ -96,7 +98,8 @@ public:
                 return result;
             }
             if (length >= end || !(surface < end)) {
-                // Out of the room: open water below, the sky above; a ray that meets nothing at all shows the background.
+                // Out of the room: open water below, the sky above; a ray that meets nothing at all shows the
+                // background.
                 if (in_water) {
                     result.colour += throughput * deepWater();
                 } else if (event == 0) {
@@ -117,7 +120,8 @@ private:
     /// A clear sky seen from the water's surface, with the sun's glitter. Linear radiance.
     glm::dvec3 sky(const glm::dvec3& direction) const {
         const double up = std::clamp(direction.z, 0.0, 1.0);
-        glm::dvec3 colour = sky_scale_ * glm::mix(glm::dvec3(0.85, 0.92, 1.0), glm::dvec3(0.30, 0.52, 0.92), std::sqrt(up));
+        glm::dvec3 colour =
+            sky_scale_ * glm::mix(glm::dvec3(0.85, 0.92, 1.0), glm::dvec3(0.30, 0.52, 0.92), std::sqrt(up));
         // The sun as a lobe of about two degrees: its true disc would alias into specks.
         const double cosine = glm::dot(direction, -sun_direction_);
         const double width = glm::radians(2.0);
@@ -125,10 +129,11 @@ private:
         return colour;
     }
 
-    glm::dvec3 deepWater() const { return 0.25 * sky_scale_ * glm::dvec3(0.02, 0.16, 0.26); }
+    glm::dvec3 deepWater() const { return sky_scale_ * glm::dvec3(0.02, 0.14, 0.22); }
 
     /// Light that single scattering in the water sends towards the eye along a stretch of the ray.
-    glm::dvec3 inScatter(const glm::dvec3& origin, const glm::dvec3& direction, double length, std::uint32_t seed) const {
+    glm::dvec3 inScatter(const glm::dvec3& origin, const glm::dvec3& direction, double length,
+                         std::uint32_t seed) const {
         if (scattering_ == glm::dvec3(0) || length <= 0) return glm::dvec3(0);
         const int steps = std::max(1, static_cast<int>(std::ceil(length / step_length_)));
         const double step = length / steps, jitter = hashed(seed);
@@ -141,7 +146,8 @@ private:
             // Mixed directions act like a wider phase function: g x |direction|.
             const double concentration = std::min(1.0, flux / mean);
             const double cosine = flux > 0 ? glm::dot(light.flux, -direction) / flux : 0.0;
-            sum += light.irradiance * henyeyGreenstein(cosine, anisotropy_ * concentration) * glm::exp(-extinction_ * distance);
+            sum += light.irradiance * henyeyGreenstein(cosine, anisotropy_ * concentration) *
+                   glm::exp(-extinction_ * distance);
         }
         // A little of the skylight is scattered too: shadows in the water are not black.
         const glm::dvec3 skylight = settings_.ambient * reference_ / (4 * kPi) * glm::dvec3(0.5, 0.8, 1.0);
@@ -153,7 +159,8 @@ private:
         const double facing = 0.5 + 0.5 * hit.normal.z;
         irradiance += settings_.ambient * reference_ * (0.4 + 0.6 * facing) * glm::dvec3(0.85, 0.95, 1.0);
         // Above the water the renderer, not the volume, adds direct light.
-        if (!in_water && !view_.inWater(position)) irradiance += sun_irradiance_ * std::max(0.0, -glm::dot(sun_direction_, hit.normal));
+        if (!in_water && !view_.inWater(position))
+            irradiance += sun_irradiance_ * std::max(0.0, -glm::dot(sun_direction_, hit.normal));
         return view_.albedo(position, hit.normal, settings_.albedo, settings_.tile_size) / kPi * irradiance;
     }
 
@@ -161,7 +168,8 @@ private:
     glm::dvec3 solidSide(const glm::dvec3& position) const {
         const glm::dvec3 low = position - scene_.domain.min, high = scene_.domain.max - position;
         const double x = std::min(low.x, high.x), y = std::min(low.y, high.y);
-        const glm::dvec3 normal = x < y ? glm::dvec3(low.x < high.x ? -1 : 1, 0, 0) : glm::dvec3(0, low.y < high.y ? -1 : 1, 0);
+        const glm::dvec3 normal =
+            x < y ? glm::dvec3(low.x < high.x ? -1 : 1, 0, 0) : glm::dvec3(0, low.y < high.y ? -1 : 1, 0);
         const double lit = std::max(0.0, -glm::dot(sun_direction_, normal));
         return 0.25 / kPi * reference_ * (0.10 + 0.25 * lit) * glm::dvec3(0.95, 0.98, 1.0);
     }
@@ -176,7 +184,8 @@ private:
             throughput *= split.transmittance;
         }
         // A bright line where the surface is cut, or nobody sees where the water ends.
-        const glm::dvec2 size(scene_.domain.max - scene_.domain.min), to_low(position - scene_.domain.min), to_high(scene_.domain.max - position);
+        const glm::dvec2 size(scene_.domain.max - scene_.domain.min), to_low(position - scene_.domain.min),
+            to_high(scene_.domain.max - position);
         const double to_side = std::min({to_low.x, to_low.y, to_high.x, to_high.y});
         if (to_side < 0.004 * std::max(size.x, size.y)) {
             colour += 0.5 * throughput * 0.4 * reference_ / kPi * glm::dvec3(0.75, 0.92, 1.0);
@@ -252,7 +261,8 @@ ViewSettings defaultView(const Scene& scene) {
 
 Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSettings& settings) {
     const glm::dvec3 forward_line = settings.target - settings.eye;
-    if (!(glm::length(forward_line) > 0)) throw Error(ErrorCode::Usage, "the camera's eye and target coincide; move one of them");
+    if (!(glm::length(forward_line) > 0))
+        throw Error(ErrorCode::Usage, "the camera's eye and target coincide; move one of them");
     if (settings.width < 1 || settings.height < 1 || settings.samples < 1) {
         throw Error(ErrorCode::Usage, "a view needs at least one pixel and one sample");
     }
@@ -272,7 +282,8 @@ Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSetti
             for (int s = 0; s < samples * samples; ++s) {
                 const double dx = (x + (s % samples + 0.5) / samples) * 2 - settings.width;
                 const double dy = settings.height - (y + (s / samples + 0.5) / samples) * 2;
-                const glm::dvec3 direction = glm::normalize(forward + half_height / settings.height * (dx * right + dy * up));
+                const glm::dvec3 direction =
+                    glm::normalize(forward + half_height / settings.height * (dx * right + dy * up));
                 const auto seed = static_cast<std::uint32_t>((y * settings.width + x) * samples * samples + s) * 8U;
                 const Rgba ray = renderer.trace(settings.eye, direction, seed);
                 sum.colour += ray.colour;

@@ -18,7 +18,8 @@ ViewScene::ViewScene(const Scene& scene) : scene_(scene) {
     // A third of a feature finds every crossing that is seen; the voxel bounds it for surfaces of finer detail.
     const HeightField& heights = *water_->height_field;
     const double relief = heights.maxZ() - heights.minZ();
-    const double feature = std::isfinite(heights.featureSize()) ? heights.featureSize() : glm::length(scene.domain.max - scene.domain.min);
+    const double feature =
+        std::isfinite(heights.featureSize()) ? heights.featureSize() : glm::length(scene.domain.max - scene.domain.min);
     march_step_ = std::max({feature / 3, scene.domain.voxel_size / 2, relief / 64, 1e-9});
 }
 
@@ -47,7 +48,8 @@ ViewInterval ViewScene::clip(const glm::dvec3& origin, const glm::dvec3& directi
     return room;
 }
 
-ViewHit ViewScene::receiver(const glm::dvec3& origin, const glm::dvec3& direction, double limit, const ViewInterval& room) const {
+ViewHit ViewScene::receiver(const glm::dvec3& origin, const glm::dvec3& direction, double limit,
+                            const ViewInterval& room) const {
     ViewHit hit;
     // A tolerance: the exit is also where `limit` lies when nothing else is in the way.
     if (room.exit_object >= 0 && room.exit <= limit * (1 + 1e-12)) {
@@ -60,7 +62,8 @@ ViewHit ViewScene::receiver(const glm::dvec3& origin, const glm::dvec3& directio
         if (!plane || scene_.objects[i].role != Role::Movable) continue;
         const double rate = glm::dot(direction, plane->normal);
         const double t = rate == 0 ? -1 : glm::dot(plane->point - origin, plane->normal) / rate;
-        if (t > 1e-9 && t < limit && t < hit.distance) hit = {t, static_cast<int>(i), rate < 0 ? plane->normal : -plane->normal};
+        if (t > 1e-9 && t < limit && t < hit.distance)
+            hit = {t, static_cast<int>(i), rate < 0 ? plane->normal : -plane->normal};
     }
     return hit;
 }
@@ -71,7 +74,8 @@ double ViewScene::heightAbove(const glm::dvec3& position) const {
 
 bool ViewScene::inWater(const glm::dvec3& position) const { return water_ && heightAbove(position) < 0; }
 
-double ViewScene::surfaceDistance(const glm::dvec3& origin, const glm::dvec3& direction, double limit, bool from_below) const {
+double ViewScene::surfaceDistance(const glm::dvec3& origin, const glm::dvec3& direction, double limit,
+                                  bool from_below) const {
     if (!water_) return limit;
     // Only the stretch between the surface's lowest and highest point can cross it.
     double begin = 0, end = limit;
@@ -84,7 +88,7 @@ double ViewScene::surfaceDistance(const glm::dvec3& origin, const glm::dvec3& di
         return limit;
     }
     if (begin >= end) return limit;
-    const double sign = from_below ? 1 : -1;     // positive once the ray is on the other side
+    const double sign = from_below ? 1 : -1;  // positive once the ray is on the other side
     const int steps = std::clamp(static_cast<int>(std::ceil((end - begin) / march_step_)), 1, 4096);
     double inside = begin;
     for (int step = 1; step <= steps; ++step) {
@@ -106,7 +110,8 @@ SurfaceView ViewScene::surfaceAt(const glm::dvec3& position) const {
     return {glm::normalize(surfaceAbove(*water_->height_field, position).normal), water_->ior_above, water_->ior_below};
 }
 
-glm::dvec3 ViewScene::albedo(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& base, double tile_size) const {
+glm::dvec3 ViewScene::albedo(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& base,
+                             double tile_size) const {
     if (!(tile_size > 0)) return base;
     const int axis = std::fabs(normal.x) > 0.7 ? 0 : std::fabs(normal.y) > 0.7 ? 1 : 2;
     const glm::dvec2 place = glm::dvec2(position[(axis + 1) % 3], position[(axis + 2) % 3]) / tile_size;

@@ -21,7 +21,8 @@ void VolumeLookup::add(const glm::ivec3& voxel, double weight, std::array<double
     if (slot < 0 || !field_.needed().contains(voxel)) return;
     const auto count = static_cast<std::size_t>(channels_.count());
     switch (field_.state(slot)) {
-        case LeafState::Empty: return;
+        case LeafState::Empty:
+            return;
         case LeafState::Constant: {
             const auto values = field_.constant(slot);
             for (std::size_t c = 0; c < count; ++c) sums[c] += weight * static_cast<double>(values[c]);
@@ -49,7 +50,8 @@ LightSample VolumeLookup::at(const glm::dvec3& position_world) const {
     const glm::dvec3 index = index_from_world_ * (position_world - origin_world_);
     const glm::dvec3 low = glm::floor(index);
     // Also keeps NaN and far away points from overflowing the integers.
-    if (!(glm::all(glm::greaterThan(low, glm::dvec3(-1e9))) && glm::all(glm::lessThan(low, glm::dvec3(1e9))))) return {};
+    if (!(glm::all(glm::greaterThan(low, glm::dvec3(-1e9))) && glm::all(glm::lessThan(low, glm::dvec3(1e9)))))
+        return {};
     const glm::dvec3 high_weight = index - low;
     const glm::ivec3 base(low);
     std::array<double, 6> sums{};

@@ -25,7 +25,8 @@ void expectRefused(const Workplace& place, const Strings& extra, int code, const
     arguments.insert(arguments.end(), extra.begin(), extra.end());
     const Outcome outcome = photic(place, arguments);
     EXPECT_EQ(outcome.code, code) << outcome.err;
-    for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' is not in: " << outcome.err;
+    for (const std::string& word : words)
+        EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' is not in: " << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(place.names(), before);
     EXPECT_EQ(place.read("pool.vdb"), kOldVolume);
@@ -112,13 +113,14 @@ TEST(BadInput, ZeroVoxelSize) {
 
 TEST(BadInput, ABoxOfAMillionMillionVoxels) {
     PoolText pool;
-    pool.voxel_size = 0.00017;    // 2 m x 2 m x 1.3 m: 1.06e12 voxels
+    pool.voxel_size = 0.00017;  // 2 m x 2 m x 1.3 m: 1.06e12 voxels
     expectSceneRefused(pool, 3, {"pool.toml:2", "2^38", "use voxels of"});
     // Fewer, but more than fit in the memory that is allowed.
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());
     expectRefused(place, {"--resolution", "2000", "--max-memory", "1GB"}, 4, {"--max-memory", "receivers"});
-    expectRefused(place, {"--resolution", "2000", "--max-memory", "100MB", "--where", "receivers"}, 4, {"--max-memory"});
+    expectRefused(place, {"--resolution", "2000", "--max-memory", "100MB", "--where", "receivers"}, 4,
+                  {"--max-memory"});
 }
 
 TEST(BadInput, UnknownKeys) {
@@ -194,8 +196,9 @@ TEST(BadInput, VolumesThatAreNone) {
     place.write("half.vdb", whole.substr(0, whole.size() / 2));
     const Strings before = place.names();
     for (const std::string name : {"missing.vdb", "text.vdb", "half.vdb"}) {
-        for (const Strings& command : {Strings{"inspect", name}, Strings{"inspect", name, "--json"}, Strings{"compare", "pool.vdb", name},
-                                       Strings{"picture", "pool.toml", name}, Strings{"export", name, "-o", "a.exr"}}) {
+        for (const Strings& command :
+             {Strings{"inspect", name}, Strings{"inspect", name, "--json"}, Strings{"compare", "pool.vdb", name},
+              Strings{"picture", "pool.toml", name}, Strings{"export", name, "-o", "a.exr"}}) {
             const Outcome outcome = photic(place, command);
             EXPECT_EQ(outcome.code, 3) << command[0] << ' ' << outcome.err;
             EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;

@@ -19,14 +19,16 @@ TEST(Bake, WritesBesideTheUserAndSaysSoOnStderr) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(place.names(), (Strings{"pool.vdb", "scenes"}));
-    for (const char* word : {"pool.vdb", "power ledger", "path ledger", "write", "MB"}) EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+    for (const char* word : {"pool.vdb", "power ledger", "path ledger", "write", "MB"})
+        EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
     EXPECT_EQ(photic(place, {"inspect", "pool.vdb", "--strict"}).code, 0);
 }
 
 TEST(Bake, ReportsAsDocumented) {
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());
-    const Outcome outcome = photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--json", "--report", "report.json", "--threads", "1"});
+    const Outcome outcome =
+        photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--json", "--report", "report.json", "--threads", "1"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const auto report = outcome.json();
     EXPECT_EQ(schemaBreaches(report, "report.md"), Strings{});
@@ -70,7 +72,8 @@ TEST(Bake, DryRunBakesNothing) {
     EXPECT_EQ(place.names(), Strings{"pool.toml"});
 
     // What will not fit is told, not tried.
-    const Outcome huge = photic(place, {"bake", "pool.toml", "--dry-run", "--json", "--resolution", "6000", "--max-memory", "2GB"});
+    const Outcome huge =
+        photic(place, {"bake", "pool.toml", "--dry-run", "--json", "--resolution", "6000", "--max-memory", "2GB"});
     EXPECT_EQ(huge.code, 0) << huge.err;
     EXPECT_FALSE(huge.json()["fits"].get<bool>());
 }
@@ -106,6 +109,21 @@ TEST(Bake, BarIsDrawnWhenAskedFor) {
     EXPECT_NE(bar.err.find("100 %"), std::string::npos) << bar.err;
     // Not by itself when stderr is a file.
     EXPECT_EQ(photic(place, {"bake", "pool.toml"}).err.find('\r'), std::string::npos);
+}
+
+TEST(Bake, WarnsOfReceiversWithoutAVoxelBehindThem) {
+    const Workplace place;
+    PoolText pool;
+    pool.extra = "[[object]]\nname = \"wall\"\nplane = { point = [1, 0, 0], normal = [-1, 0, 0] }";
+    place.write("pool.toml", pool.text());
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("warning: wall lies at the edge"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.json()["warnings"].size(), 1U);
+    pool.extra.replace(pool.extra.find("[1, 0, 0]"), 9, "[0.9, 0, 0]");
+    place.write("pool.toml", pool.text());
+    const Outcome inside = photic(place, {"bake", "pool.toml", "--progress=json"});
+    EXPECT_EQ(inside.err.find("warning\""), std::string::npos) << inside.err;
 }
 
 TEST(Bake, ThreadsChangeNothing) {
@@ -174,19 +192,26 @@ TEST(Bake, StandardErrorOfPhotonsScoresThem) {
     PoolText pool;
     pool.voxel_size = 2.0 / 16;
     place.write("pool.toml", pool.text());
-    const Outcome photons = photic(place, {"bake", "pool.toml", "-o", "b.vdb", "--method", "photons", "--standard-error", "se.vdb", "--f32", "--set", "photons.count=200000"});
+    const Outcome photons = photic(place, {"bake", "pool.toml", "-o", "b.vdb", "--method", "photons",
+                                           "--standard-error", "se.vdb", "--f32", "--set", "photons.count=200000"});
     ASSERT_EQ(photons.code, 0) << photons.err;
-    ASSERT_EQ(photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--method", "photons", "--f32", "--set", "photons.count=200000", "--set", "photons.seed=77"}).code, 0);
-    const Outcome compared = photic(place, {"compare", "a.vdb", "b.vdb", "--standard-error", "se.vdb", "--bias-allowance", "0", "--json"});
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--method", "photons", "--f32", "--set",
+                             "photons.count=200000", "--set", "photons.seed=77"})
+                  .code,
+              0);
+    const Outcome compared =
+        photic(place, {"compare", "a.vdb", "b.vdb", "--standard-error", "se.vdb", "--bias-allowance", "0", "--json"});
     ASSERT_EQ(compared.code, 0) << compared.err;
     const auto scores = compared.json()["standard_error"];
     EXPECT_GT(scores["voxels"].get<int>(), 1000);
-    // Both have the same variance, so the difference has twice b's; b's own comes from a few shifts and paths (Student's t and worse).
+    // Both have the same variance, so the difference has twice b's; b's own comes from a few shifts and paths
+    // (Student's t and worse).
     EXPECT_GT(scores["chi2_per_voxel"].get<double>(), 1.6);
     EXPECT_LT(scores["chi2_per_voxel"].get<double>(), 5);
     EXPECT_EQ(scores["chi2_per_voxel"], scores["chi2_per_voxel_without_allowance"]);
     // Beams know none.
-    const Outcome refused = photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--method", "beams", "--standard-error", "x.vdb"});
+    const Outcome refused =
+        photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--method", "beams", "--standard-error", "x.vdb"});
     EXPECT_EQ(refused.code, 2);
     EXPECT_FALSE(place.has("x.vdb"));
 }

@@ -68,7 +68,8 @@ TEST(Compare, VolumesAreComparedVoxelByVoxel) {
     EXPECT_EQ(photic(place, {"compare", "band.vdb", "full.vdb", "--max-error", "0.1"}).code, 1);
     const auto& worst = band["irradiance"]["worst"];
     for (int axis = 0; axis < 3; ++axis) {
-        EXPECT_NEAR(worst["world"][static_cast<std::size_t>(axis)].get<double>(), (worst["index"][static_cast<std::size_t>(axis)].get<int>() + 0.5) / 16, 1e-6);
+        EXPECT_NEAR(worst["world"][static_cast<std::size_t>(axis)].get<double>(),
+                    (worst["index"][static_cast<std::size_t>(axis)].get<int>() + 0.5) / 16, 1e-6);
     }
 
     const Outcome coarse = photic(place, {"compare", "coarse.vdb", "full.vdb"});

@@ -34,8 +34,10 @@ TEST(Frames, AreNumberedAndKeptUntilTheirInputsChange) {
     EXPECT_EQ(kept(repaired), (std::vector<bool>{true, false, false}));
     for (const auto& report : repaired.json()) EXPECT_EQ(schemaBreaches(report, "report.md"), Strings{});
 
-    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "9-9", "--json", "--quadrature", "2"})), std::vector<bool>{false});
-    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "10", "--json", "--force"})), std::vector<bool>{false});
+    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "9-9", "--json", "--quadrature", "2"})),
+              std::vector<bool>{false});
+    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "10", "--json", "--force"})),
+              std::vector<bool>{false});
     PoolText changed;
     changed.sun_direction = "[0.2, 0.25, -0.866]";
     place.write("pool.toml", changed.text());

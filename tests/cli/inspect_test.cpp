@@ -55,7 +55,8 @@ TEST(Inspect, SaysWhatAVolumeHoldsAsDocumented) {
     }
     const Outcome text = photic(place, {"inspect", "pool.vdb"});
     EXPECT_EQ(text.code, 0);
-    for (const char* word : {"irradiance", "scene_hash", "holds: power ledger closes", "downward power"}) EXPECT_NE(text.out.find(word), std::string::npos) << text.out;
+    for (const char* word : {"irradiance", "scene_hash", "holds: power ledger closes", "downward power"})
+        EXPECT_NE(text.out.find(word), std::string::npos) << text.out;
 }
 
 TEST(Inspect, APrefilteredVolumeIsNotHeldToTheSumOfItsVoxels) {

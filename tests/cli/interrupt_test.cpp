@@ -17,10 +17,12 @@ void interruptedBy(int signal) {
     pool.voxel_size = 2.0 / 96;
     place.write("pool.toml", pool.text());
     place.write("pool.vdb", "the old volume");
-    Program program(place, {"bake", "pool.toml", "--method", "photons", "--set", "photons.count=100000000000", "--progress=json"});
+    Program program(
+        place, {"bake", "pool.toml", "--method", "photons", "--set", "photons.count=100000000000", "--progress=json"});
     using Clock = std::chrono::steady_clock;
     const auto start = Clock::now();
-    while (program.errSoFar().find("\"stage\":\"trace\"") == std::string::npos && Clock::now() - start < std::chrono::seconds(20)) {
+    while (program.errSoFar().find("\"stage\":\"trace\"") == std::string::npos &&
+           Clock::now() - start < std::chrono::seconds(20)) {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
     kill(program.pid(), signal);

@@ -37,7 +37,8 @@ TEST(Picture, FloorUnderFlatWaterHasTheIrradianceOfFresnel) {
     bakeFlatPool(place);
     const Outcome outcome = photic(place, {"picture", "pool.toml", "pool.vdb", "-o", "pictures", "--resolution", "64"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* name : {"pool_floor.exr", "pool_floor.png", "pool_floor_map.png", "pool_xray_y.exr", "pool_xray_y_map.png"}) {
+    for (const char* name :
+         {"pool_floor.exr", "pool_floor.png", "pool_floor_map.png", "pool_xray_y.exr", "pool_xray_y_map.png"}) {
         EXPECT_TRUE(std::filesystem::exists(place / "pictures" / name)) << name;
     }
     const Image floor = readExr((place / "pictures/pool_floor.exr").string());
@@ -45,7 +46,8 @@ TEST(Picture, FloorUnderFlatWaterHasTheIrradianceOfFresnel) {
     ASSERT_EQ(floor.height, 64);
     const double transmitted = 1000 * (1 - std::pow(0.333 / 2.333, 2));
     for (const int x : {8, 32, 55}) {
-        for (const int y : {8, 32, 55}) EXPECT_NEAR(static_cast<double>(floor.at(x, y, 0)), transmitted, 2e-3 * transmitted);
+        for (const int y : {8, 32, 55})
+            EXPECT_NEAR(static_cast<double>(floor.at(x, y, 0)), transmitted, 2e-3 * transmitted);
     }
     EXPECT_EQ(pngSize(place.read("pictures/pool_floor.png")).width, 64);
     EXPECT_GT(pngSize(place.read("pictures/pool_floor_map.png")).width, 64 + 20);
@@ -54,13 +56,20 @@ TEST(Picture, FloorUnderFlatWaterHasTheIrradianceOfFresnel) {
 TEST(Picture, SlicesViewsAndStripsAreMadeWhenAskedFor) {
     const Workplace place;
     bakeFlatPool(place);
-    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "--slice", "z=-0.5", "--slice", "x=0.3", "--resolution", "32"}).code, 0);
-    EXPECT_EQ(place.names(), (Strings{"pool.toml", "pool.vdb", "pool_slice_x=0.3.exr", "pool_slice_x=0.3_map.png", "pool_slice_z=-0.5.exr", "pool_slice_z=-0.5_map.png"}));
+    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "--slice", "z=-0.5", "--slice", "x=0.3",
+                             "--resolution", "32"})
+                  .code,
+              0);
+    EXPECT_EQ(place.names(), (Strings{"pool.toml", "pool.vdb", "pool_slice_x=0.3.exr", "pool_slice_x=0.3_map.png",
+                                      "pool_slice_z=-0.5.exr", "pool_slice_z=-0.5_map.png"}));
     const Image slice = readExr((place / "pool_slice_z=-0.5.exr").string());
     const double transmitted = 1000 * (1 - std::pow(0.333 / 2.333, 2));
     EXPECT_NEAR(static_cast<double>(slice.at(16, 16, 0)), transmitted, 1e-3 * transmitted);
 
-    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "--view-only", "--size", "90x60", "--samples", "1", "--eye=-3,-4,3", "--shafts", "0.2"}).code, 0);
+    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "--view-only", "--size", "90x60", "--samples", "1",
+                             "--eye=-3,-4,3", "--shafts", "0.2"})
+                  .code,
+              0);
     const Image view = readExr((place / "pool_view.exr").string());
     EXPECT_EQ(view.width, 90);
     EXPECT_EQ(view.channels, 4);
@@ -69,7 +78,10 @@ TEST(Picture, SlicesViewsAndStripsAreMadeWhenAskedFor) {
     EXPECT_GT(view.at(45, 30, 2), 0.0F);
 
     std::filesystem::copy(place / "pool.vdb", place / "other.vdb");
-    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "other.vdb", "--film-strip", "--receiver", "floor", "--resolution", "50"}).code, 0);
+    ASSERT_EQ(photic(place, {"picture", "pool.toml", "pool.vdb", "other.vdb", "--film-strip", "--receiver", "floor",
+                             "--resolution", "50"})
+                  .code,
+              0);
     const PngSize strip = pngSize(place.read("pool_floor_strip.png"));
     EXPECT_EQ(strip.width, 2 * 50 + 3 * 6);
     EXPECT_FALSE(place.has("pool_floor.png"));

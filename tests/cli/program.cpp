@@ -72,7 +72,8 @@ Program::Program(const Workplace& place, const std::vector<std::string>& argumen
     std::vector<char*> argv{const_cast<char*>(PHOTIC_PROGRAM)};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
-    const int out = open(out_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600), err = open(err_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
+    const int out = open(out_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600),
+              err = open(err_.c_str(), O_CREAT | O_WRONLY | O_TRUNC, 0600);
     dup2(out, STDOUT_FILENO);
     dup2(err, STDERR_FILENO);
     if (chdir(place_.path().c_str()) != 0) _exit(99);

@@ -32,7 +32,7 @@ private:
 };
 
 struct Outcome {
-    int code = -1;       ///< exit code; 1000 + signal when it was killed
+    int code = -1;  ///< exit code; 1000 + signal when it was killed
     std::string out, err;
     nlohmann::json json() const { return nlohmann::json::parse(out); }
     /// Each line of stderr as JSON.

@@ -55,7 +55,8 @@ void walk(const json& value, const std::string& path, const Table& table, std::v
             breaches.push_back(path + " is not documented");
             return;
         }
-        if (!hasType(value, row->second)) breaches.push_back(path + " should be " + row->second + ", is " + value.dump());
+        if (!hasType(value, row->second))
+            breaches.push_back(path + " should be " + row->second + ", is " + value.dump());
         open = row->second.starts_with("any");
     }
     if (open) return;
@@ -67,7 +68,8 @@ void walk(const json& value, const std::string& path, const Table& table, std::v
         for (const auto& [documented, type] : table) {
             if (!documented.starts_with(prefix) || type.find("(optional)") != std::string::npos) continue;
             const std::string key = documented.substr(prefix.size());
-            if (key.find_first_of(".[") == std::string::npos && !value.contains(key)) breaches.push_back(documented + " is missing");
+            if (key.find_first_of(".[") == std::string::npos && !value.contains(key))
+                breaches.push_back(documented + " is missing");
         }
     }
 }

@@ -7,8 +7,9 @@
 
 namespace photic::test {
 
-/// What is wrong with a document against the table of a page in docs/schemas (below `heading`, if given): documented keys
-/// that are missing or of another type, and keys that the table does not have. Empty when all is well.
-std::vector<std::string> schemaBreaches(const nlohmann::json& document, const std::string& page, const std::string& heading = "");
+/// What is wrong with a document against the table of a page in docs/schemas (below `heading`, if given): documented
+/// keys that are missing or of another type, and keys that the table does not have. Empty when all is well.
+std::vector<std::string> schemaBreaches(const nlohmann::json& document, const std::string& page,
+                                        const std::string& heading = "");
 
 }  // namespace photic::test

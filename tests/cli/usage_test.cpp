@@ -15,7 +15,8 @@ void expectUsage(const Strings& arguments, const Strings& words) {
     const Outcome outcome = photic(place, arguments);
     EXPECT_EQ(outcome.code, 2) << outcome.err;
     EXPECT_EQ(outcome.out, "");
-    for (const std::string& word : words) EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' is not in: " << outcome.err;
+    for (const std::string& word : words)
+        EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' is not in: " << outcome.err;
     EXPECT_EQ(place.names(), Strings{"pool.toml"});
 }
 
@@ -54,11 +55,13 @@ TEST(Usage, HelpAndVersionGoToStdout) {
     EXPECT_TRUE(version.out.starts_with("photic 0.")) << version.out;
     const Outcome help = photic(place, {"--help"});
     EXPECT_EQ(help.code, 0);
-    for (const char* verb : {"bake", "inspect", "compare", "picture", "export", "methods"}) EXPECT_NE(help.out.find(verb), std::string::npos);
+    for (const char* verb : {"bake", "inspect", "compare", "picture", "export", "methods"})
+        EXPECT_NE(help.out.find(verb), std::string::npos);
     // The catalogue's rows are in the help.
     const Outcome bake = photic(place, {"bake", "--help"});
     EXPECT_EQ(bake.code, 0);
-    for (const char* word : {"beams.mesh", "photons.count", "--dry-run"}) EXPECT_NE(bake.out.find(word), std::string::npos) << bake.out;
+    for (const char* word : {"beams.mesh", "photons.count", "--dry-run"})
+        EXPECT_NE(bake.out.find(word), std::string::npos) << bake.out;
     EXPECT_EQ(help.err + bake.err + version.err, "");
 }
 

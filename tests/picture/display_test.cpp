@@ -12,7 +12,10 @@ namespace photic {
 namespace {
 
 Image flat(int width, int height, int channels, float value) {
-    return {width, height, channels, std::vector<float>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels), value)};
+    return {width, height, channels,
+            std::vector<float>(
+                static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels),
+                value)};
 }
 
 int differing(const Image& a, const Image& b) {
@@ -52,10 +55,14 @@ TEST(Display, FilmicRisesAndKeepsTheBackgroundWhereNothingIs) {
     // Half coverage lies between the background and the full colour, whatever the radiance.
     Image half = flat(1, 1, 4, 0.05F);
     half.at(0, 0, 3) = 0.5F;
-    const Image full = displayFilmic(flat(1, 1, 4, 0.1F), 1), mixed = displayFilmic(half, 1), none = displayFilmic(flat(1, 1, 4, 0), 1);
+    const Image full = displayFilmic(flat(1, 1, 4, 0.1F), 1), mixed = displayFilmic(half, 1),
+                none = displayFilmic(flat(1, 1, 4, 0), 1);
     Image opaque = flat(1, 1, 4, 0.1F);
     opaque.at(0, 0, 3) = 1;
-    EXPECT_NEAR(static_cast<double>(mixed.at(0, 0, 2)), 0.5 * static_cast<double>(displayFilmic(opaque, 1).at(0, 0, 2)) + 0.5 * static_cast<double>(none.at(0, 0, 2)), 1e-6);
+    EXPECT_NEAR(
+        static_cast<double>(mixed.at(0, 0, 2)),
+        0.5 * static_cast<double>(displayFilmic(opaque, 1).at(0, 0, 2)) + 0.5 * static_cast<double>(none.at(0, 0, 2)),
+        1e-6);
     EXPECT_NE(full.at(0, 0, 2), none.at(0, 0, 2));
 }
 
@@ -87,7 +94,8 @@ TEST(Display, MappedPicturesCarryABarFromMaxToMin) {
     ASSERT_EQ(shown.height, 200);
     const auto expect_colour = [&](int x, int y, double value, double tolerance) {
         const auto colour = colourOf(ColourMap::Viridis, value);
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown.at(x, y, c), colour[static_cast<std::size_t>(c)], tolerance) << x << ' ' << y << ' ' << c;
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(shown.at(x, y, c), colour[static_cast<std::size_t>(c)], tolerance) << x << ' ' << y << ' ' << c;
     };
     expect_colour(30, 100, 0.5, 1e-6);
     // The bar begins one margin (8) right of the picture, 22 below the top, and ends a margin above the bottom.
@@ -123,7 +131,8 @@ TEST(Display, EnlargesByWholePixels) {
 }
 
 TEST(Display, FilmStripLaysPicturesOutInRows) {
-    const Image strip = filmStrip({flat(20, 10, 3, 0.1F), flat(20, 10, 3, 0.2F), flat(20, 10, 3, 0.3F)}, {"a", "b", "c"}, 2);
+    const Image strip =
+        filmStrip({flat(20, 10, 3, 0.1F), flat(20, 10, 3, 0.2F), flat(20, 10, 3, 0.3F)}, {"a", "b", "c"}, 2);
     EXPECT_EQ(strip.width, 2 * (20 + 6) + 6);
     EXPECT_EQ(strip.height, 2 * (10 + 14 + 6) + 6);
     EXPECT_EQ(strip.at(6 + 26 + 3, 6 + 3, 0), 0.2F);

@@ -80,7 +80,8 @@ TEST(ReceiverFrame, FitsTheDomainUpright) {
     EXPECT_NEAR(glm::length(ramp.up), 3.2 * std::sqrt(1.25), 1e-12);
     EXPECT_NEAR(glm::length(ramp.across), 2.0, 1e-12);
     EXPECT_NEAR(glm::dot(ramp.up, ramp.normal), 0, 1e-12);
-    EXPECT_NEAR(glm::dot(glm::cross(ramp.across, ramp.up), ramp.normal), glm::length(ramp.across) * glm::length(ramp.up), 1e-12);
+    EXPECT_NEAR(glm::dot(glm::cross(ramp.across, ramp.up), ramp.normal),
+                glm::length(ramp.across) * glm::length(ramp.up), 1e-12);
 }
 
 TEST(ReceiverFrame, NamesWhatThereIs) {
@@ -109,7 +110,8 @@ TEST(ReceiverPicture, PutsLightWhereItFalls) {
     ASSERT_EQ(picture.width, 32);
     ASSERT_EQ(picture.height, 64);
     ASSERT_EQ(picture.channels, 1);
-    for (int x = 2; x < 30; ++x) EXPECT_NEAR(static_cast<double>(picture.at(x, 20, 0)), 2 - 1 + (x + 0.5) / 16, 1e-5) << x;
+    for (int x = 2; x < 30; ++x)
+        EXPECT_NEAR(static_cast<double>(picture.at(x, 20, 0)), 2 - 1 + (x + 0.5) / 16, 1e-5) << x;
 }
 
 TEST(ReceiverPicture, ErrorFallsWithTheSquareOfTheVoxel) {
@@ -117,7 +119,9 @@ TEST(ReceiverPicture, ErrorFallsWithTheSquareOfTheVoxel) {
     const auto truth = [](const glm::dvec3& p) { return 3 + std::sin(4 * p.x) * std::cos(3 * p.y); };
     double last = 0;
     for (int resolution : {16, 32, 64}) {
-        const GridFrame frame = cubicFrame(2.0 / resolution, glm::ivec3(-resolution / 2 - 1, -resolution - 1, -resolution), {resolution / 2, resolution, -resolution / 2});
+        const GridFrame frame =
+            cubicFrame(2.0 / resolution, glm::ivec3(-resolution / 2 - 1, -resolution - 1, -resolution),
+                       {resolution / 2, resolution, -resolution / 2});
         const LightVolume volume = makeVolume(frame, 1, [&](const glm::ivec3& v) {
             const double e = truth(frame.worldFromIndex(glm::dvec3(v)));
             return std::vector<double>{e, 0, 0, -e};
@@ -127,7 +131,8 @@ TEST(ReceiverPicture, ErrorFallsWithTheSquareOfTheVoxel) {
         double sum = 0;
         for (int y = 0; y < picture.height; ++y) {
             for (int x = 0; x < picture.width; ++x) {
-                const glm::dvec3 p = floor.origin + (x + 0.5) / floor.width * floor.across + (1 - (y + 0.5) / floor.height) * floor.up;
+                const glm::dvec3 p =
+                    floor.origin + (x + 0.5) / floor.width * floor.across + (1 - (y + 0.5) / floor.height) * floor.up;
                 sum += std::fabs(static_cast<double>(picture.at(x, y, 0)) - truth(p));
             }
         }

@@ -41,7 +41,9 @@ Scene tank(bool water) {
 }
 
 LightVolume lit(double irradiance) {
-    return test::makeVolume(test::cubicFrame(0.125, {-10, -10, -14}, {9, 9, 3}), 1, [=](const glm::ivec3&) { return std::vector<double>{irradiance, 0, 0, -irradiance}; });
+    return test::makeVolume(test::cubicFrame(0.125, {-10, -10, -14}, {9, 9, 3}), 1, [=](const glm::ivec3&) {
+        return std::vector<double>{irradiance, 0, 0, -irradiance};
+    });
 }
 
 ViewSettings camera(const glm::dvec3& eye, const glm::dvec3& target) {
@@ -60,7 +62,8 @@ ViewSettings camera(const glm::dvec3& eye, const glm::dvec3& target) {
 /// What the baked light alone adds to the middle of a view: sky and tint of the picture cancel.
 glm::dvec3 bakedRadiance(const Scene& scene, const ViewSettings& view) {
     const Image with = viewPicture(scene, lit(100), view), without = viewPicture(scene, lit(0), view);
-    return {with.at(0, 0, 0) - without.at(0, 0, 0), with.at(0, 0, 1) - without.at(0, 0, 1), with.at(0, 0, 2) - without.at(0, 0, 2)};
+    return {with.at(0, 0, 0) - without.at(0, 0, 0), with.at(0, 0, 1) - without.at(0, 0, 1),
+            with.at(0, 0, 2) - without.at(0, 0, 2)};
 }
 
 TEST(ViewPicture, AReceiverInAirShowsAlbedoTimesIrradiance) {
@@ -78,7 +81,8 @@ TEST(ViewPicture, RadianceFromTheWaterIsScaledByIndexFresnelAndAbsorption) {
         const Interface split = interfaceAt(d, {0, 0, 1}, 1.0, 1.333);
         const double path = kDepth / -split.refracted.z;
         for (int c = 0; c < 3; ++c) {
-            const double expected = 0.5 / std::numbers::pi * 100 * split.transmittance / (1.333 * 1.333) * std::exp(-scene.medium.absorption[c] * path);
+            const double expected = 0.5 / std::numbers::pi * 100 * split.transmittance / (1.333 * 1.333) *
+                                    std::exp(-scene.medium.absorption[c] * path);
             EXPECT_NEAR(radiance[c], expected, 2e-4 * expected) << tilt;
         }
     }
@@ -109,7 +113,8 @@ TEST(ViewPicture, ACutawayLooksStraightThroughTheSurface) {
     const glm::dvec3 radiance = bakedRadiance(scene, view);
     const double transmittance = interfaceAt(d, {0, 0, 1}, 1.0, 1.333).transmittance;
     for (int c = 0; c < 3; ++c) {
-        const double expected = 0.5 / std::numbers::pi * 100 * transmittance * std::exp(-scene.medium.absorption[c] * kDepth / std::cos(tilt));
+        const double expected = 0.5 / std::numbers::pi * 100 * transmittance *
+                                std::exp(-scene.medium.absorption[c] * kDepth / std::cos(tilt));
         EXPECT_NEAR(radiance[c], expected, 2e-4 * expected);
     }
     // Through an open side there is no surface at all; a natural look shows a wall there.

@@ -20,7 +20,8 @@ std::vector<double> linearAt(const glm::dvec3& p) {
 }
 
 void expectLinear(const GridFrame& frame) {
-    const LightVolume volume = makeVolume(frame, 1, [&](const glm::ivec3& v) { return linearAt(frame.worldFromIndex(glm::dvec3(v))); });
+    const LightVolume volume =
+        makeVolume(frame, 1, [&](const glm::ivec3& v) { return linearAt(frame.worldFromIndex(glm::dvec3(v))); });
     const VolumeLookup lookup(volume);
     for (int i = 0; i < 200; ++i) {
         // A Kronecker sequence between the outermost voxel centres.
@@ -48,7 +49,8 @@ TEST(VolumeLookup, TakesVoxelsThatAreNotActiveAsDark) {
     const auto one = [](const glm::ivec3&) { return std::vector<double>{1, 0, 0, -1}; };
     const LightVolume volume = makeVolume(frame, 1, one, [](const glm::ivec3& v) { return v.z < 8; });
     const VolumeLookup lookup(volume);
-    // Voxel centres lie at i + 1/2; between the last active layer (7.5) and the first dark one (8.5) light fades linearly.
+    // Voxel centres lie at i + 1/2; between the last active layer (7.5) and the first dark one (8.5) light fades
+    // linearly.
     EXPECT_NEAR(lookup.at({5, 5, 7.5}).irradiance.x, 1.0, 1e-12);
     EXPECT_NEAR(lookup.at({5, 5, 8.0}).irradiance.x, 0.5, 1e-12);
     EXPECT_NEAR(lookup.at({5, 5, 8.25}).irradiance.x, 0.25, 1e-12);
@@ -59,7 +61,9 @@ TEST(VolumeLookup, TakesVoxelsThatAreNotActiveAsDark) {
 
 TEST(VolumeLookup, ReceiverGetsTheFluxThroughItsFront) {
     const GridFrame frame = cubicFrame(1, {0, 0, 0}, {7, 7, 7});
-    const LightVolume volume = makeVolume(frame, 1, [](const glm::ivec3&) { return std::vector<double>{2, 0.9, 0, -1.2}; });
+    const LightVolume volume = makeVolume(frame, 1, [](const glm::ivec3&) {
+        return std::vector<double>{2, 0.9, 0, -1.2};
+    });
     const VolumeLookup lookup(volume);
     EXPECT_NEAR(lookup.receiverIrradiance({4, 4, 4}, {0, 0, 1}).x, 1.2, 1e-6);
     EXPECT_NEAR(lookup.receiverIrradiance({4, 4, 4}, {-1, 0, 0}).x, 0.9, 1e-6);
@@ -71,7 +75,8 @@ TEST(VolumeLookup, ReceiverGetsTheFluxThroughItsFront) {
 TEST(VolumeLookup, ColouredReceiverScalesEachChannelByTheDirection) {
     const GridFrame frame = cubicFrame(1, {0, 0, 0}, {7, 7, 7});
     // Mean irradiance 2, flux (0, 0, -1): direction (0, 0, -1/2).
-    const LightVolume volume = makeVolume(frame, 3, [](const glm::ivec3&) { return std::vector<double>{3, 2, 1, 0, 0, -1}; });
+    const LightVolume volume =
+        makeVolume(frame, 3, [](const glm::ivec3&) { return std::vector<double>{3, 2, 1, 0, 0, -1}; });
     const glm::dvec3 e = VolumeLookup(volume).receiverIrradiance({4, 4, 4}, {0, 0, 1});
     EXPECT_NEAR(e.x, 1.5, 1e-6);
     EXPECT_NEAR(e.y, 1.0, 1e-6);

@@ -39,9 +39,11 @@ inline LightVolume makeVolume(const GridFrame& frame, int colours, const VoxelVa
         float* leaf = field.makeDense(slot);
         for (int offset = 0; offset < LightField::kLeafVoxels; ++offset) {
             if (!NeededVoxels::maskBit(field.needed().mask(slot), offset)) continue;
-            const glm::ivec3 voxel = field.needed().leafOrigin(slot) + glm::ivec3(offset >> 6, offset >> 3 & 7, offset & 7);
+            const glm::ivec3 voxel =
+                field.needed().leafOrigin(slot) + glm::ivec3(offset >> 6, offset >> 3 & 7, offset & 7);
             const auto v = values(voxel);
-            for (std::size_t c = 0; c < v.size(); ++c) leaf[c * LightField::kLeafVoxels + static_cast<std::size_t>(offset)] = static_cast<float>(v[c]);
+            for (std::size_t c = 0; c < v.size(); ++c)
+                leaf[c * LightField::kLeafVoxels + static_cast<std::size_t>(offset)] = static_cast<float>(v[c]);
         }
     }
     return LightVolume{std::move(field), 1.0, true, true, {}, {}};
