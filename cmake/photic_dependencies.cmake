@@ -2,7 +2,9 @@
 # One recipe per dependency. Headers of dependencies are SYSTEM: their warnings are not ours.
 find_package(Threads REQUIRED)
 find_package(TBB CONFIG REQUIRED)              # before OpenVDB, whose module would look for it in its own way
+set(CMAKE_MESSAGE_LOG_LEVEL WARNING)           # Debian's Imath tells at length that its Python bindings are not there
 find_package(OpenEXR CONFIG REQUIRED)
+unset(CMAKE_MESSAGE_LOG_LEVEL)
 find_package(fmt CONFIG REQUIRED)
 find_package(nlohmann_json CONFIG REQUIRED)
 find_package(TinyGLTF CONFIG QUIET)
