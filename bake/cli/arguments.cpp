@@ -65,7 +65,8 @@ std::string optionTable() {
                                 option.unit.empty() ? "" : " [" + option.unit + "]", option.help);
         }
     }
-    return text + kExitCodes;
+    text.pop_back();
+    return text;
 }
 
 void addProgress(CLI::App& verb, std::string& progress, int& threads) {

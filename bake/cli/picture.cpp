@@ -214,7 +214,7 @@ public:
             const std::string base = shots[i].stem + "_" + subject.name;
             const Image shown = subject.enlarge_to > 0 ? enlarge(images[i], subject.enlarge_to) : images[i];
             if (subject.view) {
-                linear.push_back(displayFilmic(images[i], 0.8 * arguments_.exposure / std::max(radiance_top, 1e-30)));
+                linear.push_back(displayFilmic(images[i], 0.65 * arguments_.exposure / std::max(radiance_top, 1e-30)));
             } else {
                 mapped.push_back(displayMapped(shown, map_, 0, top, "W/m2"));
                 if (subject.linear_display)
