@@ -45,27 +45,39 @@ bool Refiner::mustSplit(const Corner& a, const Corner& b, const Corner& m) const
     if (options_.max_edge > 0 && at_surface > options_.max_edge) return true;
     if (!alike(a, b) || !alike(a, m)) return at_surface > options_.silhouette;
     if (a.fate != CornerFate::Lit) return false;
+    if (options_.ends_matter && stepsInDepth(a, b, m)) return at_surface > options_.silhouette;
+    // Rays half an edge apart: a quarter of the second difference over the edge.
+    return options_.tolerance > 0 && 4 * bend(a, m, b) > options_.tolerance;
+}
 
+// A step in depth inside one object is a silhouette too.
+bool Refiner::stepsInDepth(const Corner& a, const Corner& b, const Corner& m) const {
+    if (a.end_object < 0) return false;
+    const double voxels = largest(builder_.indexDirection(m.direction));
+    const double step = std::fabs(m.hit_distance - 0.5 * (a.hit_distance + b.hit_distance)) * voxels;
+    return step > 1 + 0.25 * std::fabs(a.hit_distance - b.hit_distance) * voxels;
+}
+
+double Refiner::bend(const Corner& a, const Corner& m, const Corner& b) const {
     const glm::dvec3 pm = builder_.indexPosition(m.position), dm = builder_.indexDirection(m.direction);
     const double exit = builder_.exitDistance(pm, dm);
-    if (exit <= 0 && !std::isfinite(m.end_distance)) return false;
-    const double end = std::min(m.end_distance, std::max(exit, 0.0));
+    if (exit <= 0 && !std::isfinite(m.end_distance)) return 0;
     const int axis = mainAxis(dm);
-    const glm::dvec3 landing = pm + dm * end;
-    const auto onPlane = [&](const glm::dvec3& p, const Corner& c) {
-        const glm::dvec3 d = builder_.indexDirection(c.direction);
+    const glm::dvec3 landing = pm + dm * std::min(m.end_distance, std::max(exit, 0.0));
+    const auto onPlane = [&](const Corner& c) {
+        const glm::dvec3 p = builder_.indexPosition(c.position), d = builder_.indexDirection(c.direction);
         return p + d * ((landing[axis] - p[axis]) / d[axis]);
     };
-    const glm::dvec3 la = onPlane(pa, a), lb = onPlane(pb, b);
-    if (options_.ends_matter && a.end_object >= 0) {
-        // A step in depth inside one object is a silhouette too.
-        const double step = std::fabs(m.hit_distance - 0.5 * (a.hit_distance + b.hit_distance)) * largest(dm);
-        const double slope = std::fabs(a.hit_distance - b.hit_distance) * largest(dm);
-        if (step > 1 + 0.25 * slope) return at_surface > options_.silhouette;
-    }
-    if (options_.tolerance <= 0) return false;
-    // The middle departs from the chord by an eighth of the second difference over the edge.
-    return 8 * largest(landing - 0.5 * (la + lb)) > options_.tolerance;
+    return largest(onPlane(a) - 2.0 * landing + onPlane(b));
+}
+
+void Refiner::decide(const Corner& a, const Corner& b, const glm::dvec3& face, bool split) {
+    const SurfaceParam param = middle(a.param, b.param);
+    Middle& decided = middles_[param];
+    decided.split = split;
+    if (!split) return;
+    decided.corner = tracer_.trace(param, face);
+    ++traced_;
 }
 
 const Refiner::Middle& Refiner::middleOf(const Corner& a, const Corner& b, const glm::dvec3& face) {

@@ -32,8 +32,13 @@ public:
     /// Whether two corners can share a tube as they are: same fate, same end, same main axis.
     bool alike(const Corner& a, const Corner& b) const;
 
-    /// Forgets the middles of edges; call between parts of the surface that share none.
-    void clear() { middles_.clear(); }
+    /// Decides an edge before add() comes to it, by what its neighbours on a lattice show; its middle is traced only to split it.
+    void decide(const Corner& a, const Corner& b, const glm::dvec3& face, bool split);
+
+    /// Second difference [voxels] of the landing points of three rays evenly spaced on the surface, where the middle one ends;
+    /// 0 where they have no common landing.
+    double bend(const Corner& a, const Corner& middle, const Corner& b) const;
+
     std::int64_t traced() const { return traced_; }
 
 private:
@@ -51,6 +56,7 @@ private:
     void add(const Corner& a, const Corner& b, const Corner& c, const glm::dvec3& face, int depth);
     const Middle& middleOf(const Corner& a, const Corner& b, const glm::dvec3& face);
     bool mustSplit(const Corner& a, const Corner& b, const Corner& m) const;
+    bool stepsInDepth(const Corner& a, const Corner& b, const Corner& m) const;
 
     const CornerTracer& tracer_;
     TubeBuilder& builder_;

@@ -64,7 +64,9 @@ void TubeBuilder::countRegular(double arriving, double fraction, double untraced
 }
 
 void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows) {
-    TubeSet& set = sets_[row->dz[static_cast<std::size_t>(first)] < 0 ? 4 : 5];
+    const int s = row->dz[static_cast<std::size_t>(first)] < 0 ? 4 : 5;
+    closeBlock(s);
+    TubeSet& set = sets_[static_cast<std::size_t>(s)];
     const bool culled = regularMissesBox(row, first, columns, rows);
     const double mean_irradiance = (light_.irradiance.x + light_.irradiance.y + light_.irradiance.z) / 3;
     const int stride = columns + 1;

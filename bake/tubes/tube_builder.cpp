@@ -138,8 +138,6 @@ void TubeBuilder::closeBlock(int s) {
         set.blocks.push_back({BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
                               open.first_corner, open.first_tube});
     open = OpenBlock{};
-    open.first_corner = static_cast<std::uint32_t>(set.corners.size());
-    open.first_tube = static_cast<std::uint32_t>(set.tubes.size());
 }
 
 void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
@@ -170,6 +168,10 @@ void TubeBuilder::add(const Corner& a, const Corner& b, const Corner& c) {
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     OpenBlock& open = open_[static_cast<std::size_t>(s)];
     if (open.triangles.size() >= kBlockTubes || open.params.size() + 3 > kBlockCorners) closeBlock(s);
+    if (open.triangles.empty()) {
+        open.first_corner = static_cast<std::uint32_t>(set.corners.size());
+        open.first_tube = static_cast<std::uint32_t>(set.tubes.size());
+    }
     double ends[3] = {a.end_distance, b.end_distance, c.end_distance};
     if (light_.ends_matter && !sameEnd(a, b, c)) {
         const bool lit[3] = {a.fate == CornerFate::Lit, b.fate == CornerFate::Lit, c.fate == CornerFate::Lit};
