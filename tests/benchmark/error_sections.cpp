@@ -17,9 +17,10 @@ GivenOptions mesh(std::int64_t cells) { return option("mesh", cells); }
 /// points.
 struct Ladder {
     std::vector<double> seconds, errors;
-    /// d log(error) / d log(time) between the first and the last point.
+    /// d log(error) / d log(time) over the last two points, where the fixed costs no longer count.
     double slope() const {
-        return std::log(errors.back() / errors.front()) / std::log(seconds.back() / seconds.front());
+        const std::size_t n = errors.size();
+        return std::log(errors[n - 1] / errors[n - 2]) / std::log(seconds[n - 1] / seconds[n - 2]);
     }
     double secondsFor(double error) const {
         // between two points where they span the error, by the slope otherwise

@@ -28,7 +28,7 @@ struct Looked {
 SceneText pool(double cell, const std::string& where) {
     SceneText text;
     text.voxel_size = cell;
-    text.extra = 0.03;  // beyond the map, so that its rim is looked up between voxels too
+    text.half = {1.03, 1.03};  // beyond the map, so that its rim is looked up between voxels too
     text.z_min = truth::pool3::kFloor - 4 * cell, text.z_max = 0.08;
     text.angular_diameter_deg = 0.53;
     text.objects =

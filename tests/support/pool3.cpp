@@ -186,12 +186,11 @@ std::string sceneToml(const SceneText& text) {
                       w.wavelength, w.direction_deg, w.phase);
         waves += line;
     }
-    const double half = 1 + text.extra;
     const glm::dvec3 d = sun();
     std::snprintf(
         line, sizeof line,
-        "photic = 1\n[domain]\nmin = [%.17g, %.17g, %.17g]\nmax = [%.17g, %.17g, %.17g]\nvoxel_size = %.17g\n", -half,
-        -half, text.z_min, half, half, text.z_max, text.voxel_size);
+        "photic = 1\n[domain]\nmin = [%.17g, %.17g, %.17g]\nmax = [%.17g, %.17g, %.17g]\nvoxel_size = %.17g\n",
+        -text.half.x, -text.half.y, text.z_min, text.half.x, text.half.y, text.z_max, text.voxel_size);
     std::string out = line;
     if (text.layer_height > 0) {
         std::snprintf(line, sizeof line, "layer_height = %.17g\n", text.layer_height);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
@@ -48,7 +49,7 @@ struct SceneText {
     std::string beams;           ///< lines below [bake.beams]
     std::string objects;         ///< further tables
     double irradiance = 1;       ///< [W/m2]
-    double extra = 0;            ///< the domain is [-1 - extra, 1 + extra]^2 [m]
+    glm::dvec2 half{1, 1};       ///< the domain is [-half.x, half.x] x [-half.y, half.y] [m]
 };
 std::string sceneToml(const SceneText& text);
 
