@@ -69,8 +69,8 @@ void bakes(const Effort& effort, Findings& findings) {
     if (effort.quick) rows = {{"16^3", poolBox(16), 32, 0}, {"floor map 32 x 32", poolFloor(32), 32, 0}};
     Table table{
         "Bakes, irradiance and direction, one core, without the write",
-        "`mesh n`: n x n cells of the patch that is launched. `cells 4 m / n`: cells as large as those of n x n on "
-        "[-2, 2]^2, which is what the seconds to beat were measured with.",
+        "`mesh n`: n x n cells of the patch that is launched. `cells 4 m / n`: cells as large as those of n x n on the whole "
+        "pool, [-2, 2]^2.",
         {"bake", "corner rays", "voxels", "[s]", "to beat [s]", "million voxels/s", "instruction set"},
         {}};
     for (const Row& row : rows) {
