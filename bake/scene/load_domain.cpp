@@ -87,7 +87,9 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
         domain.voxel_size = *size, request.resolution = 0;
         if (request.has_box) {
             const glm::dvec3 extent = domain.max - domain.min;
-            const double least = std::min({extent.x, extent.y, extent.z});
+            // Layers of a height of their own are checked against the box's height below.
+            const double height = table.find("layer_height") ? *size : extent.z;
+            const double least = std::min({extent.x, extent.y, height});
             if (*size > least)
                 table.fail("voxel_size", fmt::format("voxel_size {} m exceeds the {} m domain; use {} or less", *size,
                                                      least, least / 2));
