@@ -64,7 +64,7 @@ struct Lattice {
     SurfaceParam param(int i, int j) const { return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)}; }
 };
 
-// Cells [voxels] that nearly all of the surface (19 of 20 probes) can be laid on without refinement: from the bend of the light at some scattered points.
+// Cells [voxels] that nearly all of the surface can be laid on without refinement: from the bend of the light at some scattered points.
 double adaptiveSpacing(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
                        double voxel, const RefineOptions& options) {
     constexpr int kProbes = 256;
@@ -85,9 +85,11 @@ double adaptiveSpacing(const CornerTracer& tracer, const LaunchDomain& domain, c
         }
         bends.push_back(most);
     }
-    const auto typical = bends.begin() + kProbes * 19 / 20;
-    std::nth_element(bends.begin(), typical, bends.end());
-    return *typical > 0 ? std::clamp(std::sqrt(options.tolerance / *typical), kLeast, kMost) : kMost;
+    std::sort(bends.begin(), bends.end());
+    // The strongest bend of all probes, so that hardly a block is left to refine, but never cells of less than half of what
+    // most of the surface can do with: one sharp ripple must not make calm water dear.
+    const double bend = std::min(bends.back(), 4 * bends[kProbes * 3 / 5]);
+    return bend > 0 ? std::clamp(std::sqrt(options.tolerance / bend), kLeast, kMost) : kMost;
 }
 
 Lattice layLattice(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
