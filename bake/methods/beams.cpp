@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "bake/field/post_process.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"
@@ -181,7 +180,6 @@ LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxe
         if (bake.blurs(light)) blurred = true;
     }
     if (!blurred) bake.measureDeposit(field);
-    if (channels.flux) restoreFluxBound(field);
     bake.report(report);
     report.field_bytes = field.bytes();
     return field;

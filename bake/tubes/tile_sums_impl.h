@@ -33,6 +33,21 @@ inline void runningSums(TileSums& tile) {
     }
 }
 
+struct V8Flux {
+    F8 x, y, z;
+};
+
+// What shortens flux to `irradiance` where it is longer, 1 elsewhere.
+inline F8 fluxBound(const V8Flux& f, F8 irradiance) {
+    const F8 length2 = f.x * f.x + f.y * f.y + f.z * f.z;
+    F8 scale;
+    for (int l = 0; l < 8; ++l) {
+        const float length = __builtin_sqrtf(length2[l]);
+        scale[l] = length > irradiance[l] ? irradiance[l] / length : 1.0f;
+    }
+    return scale;
+}
+
 inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
                      float* out) {
     alignas(32) std::int32_t index[8];
@@ -57,6 +72,12 @@ inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irr
                 if (k < irradiance_channels) keep = keep + value[k];
             }
             const auto lit = keep > floor;
+            if (tile.channels > irradiance_channels) {
+                // Rounding must not make flux longer than the mean irradiance.
+                const V8Flux flux{value[irradiance_channels], value[irradiance_channels + 1], value[irradiance_channels + 2]};
+                const F8 shorten = fluxBound(flux, keep * (1.0f / static_cast<float>(irradiance_channels)));
+                for (int k = irradiance_channels; k < tile.channels; ++k) value[k] = value[k] * shorten;
+            }
             for (int k = 0; k < tile.channels; ++k) {
                 const F8 kept = lit ? value[k] : F8{};
                 store(out + k * 512 + (x << 6) + (y << 3), kept);

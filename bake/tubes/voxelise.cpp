@@ -248,6 +248,12 @@ private:
                     any = true;
                     const int at = x << shift[axes_[0]] | y << shift[axes_[1]] | l << shift[axes_[2]];
                     for (int k = 0; k < sums.channels; ++k) out[k * LightField::kLeafVoxels + at] = cell[k * sums.lanes] * scale_;
+                    if (sums.channels == irradiance) continue;
+                    // Rounding must not make flux longer than the mean irradiance.
+                    float* flux = out + irradiance * LightField::kLeafVoxels + at;
+                    const float length = std::hypot(flux[0], flux[LightField::kLeafVoxels], flux[2 * LightField::kLeafVoxels]);
+                    if (length <= lit / static_cast<float>(irradiance)) continue;
+                    for (int k = 0; k < 3; ++k) flux[k * LightField::kLeafVoxels] *= lit / static_cast<float>(irradiance) / length;
                 }
             }
         }
