@@ -38,9 +38,7 @@ bool isScript(const fs::path& file) {
            first == ".ci/run";
 }
 
-bool isCMake(const fs::path& file) {
-    return file.filename() == "CMakeLists.txt" || file.extension() == ".cmake";
-}
+bool isCMake(const fs::path& file) { return file.filename() == "CMakeLists.txt" || file.extension() == ".cmake"; }
 
 /// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format"; "" for what is in no room.
 std::string roomOf(const std::string& path) {
@@ -152,7 +150,8 @@ std::vector<std::string> filesIncludingOpenVdb(const fs::path& root) {
     for (const auto& file : sourceFiles(root)) {
         if (!isCpp(file)) continue;
         const auto lines = linesOf(root / file);
-        if (std::any_of(lines.begin(), lines.end(), [&](const std::string& l) { return std::regex_match(l, include); })) {
+        if (std::any_of(lines.begin(), lines.end(),
+                        [&](const std::string& l) { return std::regex_match(l, include); })) {
             files.push_back(file.generic_string());
         }
     }
@@ -181,8 +180,9 @@ std::vector<Breach> longFiles(const fs::path& root, int limit) {
         if (!isCpp(file) && !isScript(file) && !isCMake(file)) continue;
         const int count = static_cast<int>(linesOf(root / file).size());
         if (count > limit) {
-            breaches.push_back({file.generic_string(), limit + 1,
-                                std::to_string(count) + " lines exceed " + std::to_string(limit) + "; split it by idea"});
+            breaches.push_back(
+                {file.generic_string(), limit + 1,
+                 std::to_string(count) + " lines exceed " + std::to_string(limit) + "; split it by idea"});
         }
     }
     return breaches;
@@ -200,7 +200,8 @@ std::vector<Breach> missingReadmes(const fs::path& root) {
     for (const auto& folder : folders) {
         const std::string text = contentsOf(root / folder / "README.md");
         if (text.find(". ") == std::string::npos && text.find(".\n") == std::string::npos) {
-            breaches.push_back({folder.generic_string(), 0, "has no README.md with a sentence that says what belongs in it"});
+            breaches.push_back(
+                {folder.generic_string(), 0, "has no README.md with a sentence that says what belongs in it"});
         }
     }
     return breaches;
@@ -208,7 +209,8 @@ std::vector<Breach> missingReadmes(const fs::path& root) {
 
 std::vector<Breach> machinePaths(const fs::path& root) {
     // In two halves, so that this file is none of its own findings.
-    static const std::regex path(std::string("(^|[^A-Za-z0-9_.}$-])/(work|root|home|Users|tmp") + "|var/tmp)/[A-Za-z0-9_.]");
+    static const std::regex path(std::string("(^|[^A-Za-z0-9_.}$-])/(work|root|home|Users|tmp") +
+                                 "|var/tmp)/[A-Za-z0-9_.]");
     static const std::set<std::string> binary = {".exr", ".png", ".vdb", ".glb", ".gz"};
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {
@@ -216,7 +218,8 @@ std::vector<Breach> machinePaths(const fs::path& root) {
         const auto lines = linesOf(root / file);
         for (std::size_t i = 0; i < lines.size(); ++i) {
             if (std::regex_search(lines[i], path)) {
-                breaches.push_back({file.generic_string(), static_cast<int>(i) + 1, "names a machine's path: " + lines[i]});
+                breaches.push_back(
+                    {file.generic_string(), static_cast<int>(i) + 1, "names a machine's path: " + lines[i]});
             }
         }
     }

@@ -9,7 +9,8 @@
 
 namespace photic::house {
 
-/// A breach of a house rule: file (relative to the root), line (0: the whole file), what is wrong and what would be right.
+/// A breach of a house rule: file (relative to the root), line (0: the whole file), what is wrong and what would be
+/// right.
 struct Breach {
     std::string file;
     int line = 0;

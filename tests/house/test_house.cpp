@@ -125,7 +125,8 @@ TEST_F(MadeUpHouse, UnknownRoomIsFound) {
 TEST_F(MadeUpHouse, LinkAgainstTheArrowsIsFound) {
     write("bake/scene/CMakeLists.txt", "photic_room(scene SOURCES a.cpp ROOMS report image)\n");
     EXPECT_EQ(inWords(linksAgainstArrows(root_)), "");
-    write("bake/image/CMakeLists.txt", "photic_room(image SOURCES a.cpp ROOMS report\n  scene PRIVATE_LIBRARIES fmt::fmt)\n");
+    write("bake/image/CMakeLists.txt",
+          "photic_room(image SOURCES a.cpp ROOMS report\n  scene PRIVATE_LIBRARIES fmt::fmt)\n");
     write("bake/optics/CMakeLists.txt", "target_link_libraries(x PRIVATE photic_build_flags photic_field)\n");
     EXPECT_EQ(linksAgainstArrows(root_).size(), 2u) << inWords(linksAgainstArrows(root_));
 }

@@ -31,8 +31,7 @@ int main() try {
     photic::Monitor monitor;
     const photic::Scene scene = photic::parseScene(kScene, "stranger", ".", 1, monitor);
     const photic::GridFrame frame = photic::sceneFrame(scene);
-    const auto needed =
-        std::make_shared<const photic::NeededVoxels>(photic::sceneNeededVoxels(scene, frame, monitor));
+    const auto needed = std::make_shared<const photic::NeededVoxels>(photic::sceneNeededVoxels(scene, frame, monitor));
     const photic::Method& method = photic::chooseMethod("auto", scene);
     photic::BakeResult result = method.bake(scene, needed, {}, monitor);
 
