@@ -30,7 +30,7 @@ struct BeamsOptions {
     BeamsInterpolation interpolation = BeamsInterpolation::Constant;
 };
 
-/// The row of the catalogue: ray tubes between neighbouring corner rays, voxelised exactly in power (DESIGN of the method:
+/// The row of the catalogue: ray tubes between neighbouring corner rays, voxelised exactly in power (the method:
 /// docs/methods.md; Ernst, Akenine-Moeller and Jensen 2005, made exact).
 Method beamsMethod();
 

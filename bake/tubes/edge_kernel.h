@@ -67,7 +67,7 @@ struct TileKernels {
 TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux);
 
 /// Adds one tube's layer by clipping its triangle against the voxels in barycentric coordinates, which stays exact
-/// when the image of the triangle collapses (DESIGN: source-space clipping). Sub-voxel exact at any size.
+/// when the image of the triangle collapses (docs/methods.md). Sub-voxel exact at any size.
 ///
 /// @param x, y     the corners in the buffer's columns and rows
 /// @param amounts  per channel, what the whole tube deposits in this layer

@@ -94,7 +94,7 @@ TEST(Photons, OnlyWhatIsAskedForIsComputed) {
     EXPECT_NEAR(layerMean(r.field, 4, 0) / plane(0.3).meanFluence(0, 1), 1, 2e-3);
 }
 
-// The wave of DESIGN 8 against its closed form: scores of voxels must be those of Student's t with shifts - 1 degrees
+// A wave of water against its closed form: scores of voxels must be those of Student's t with shifts - 1 degrees
 // of freedom.
 struct WaveCase {
     static constexpr double kAmplitude = 0.03, kWavenumber = 2 * std::numbers::pi / 0.5;

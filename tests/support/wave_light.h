@@ -26,7 +26,7 @@ struct VoxelMeans {
     std::size_t index(int i, int k) const { return static_cast<std::size_t>(k) * nx + i; }
 };
 
-/// Light that falls straight down on z = h(x), y-invariant, and is refracted once (DESIGN: height field truths).
+/// Light that falls straight down on z = h(x), y-invariant, and is refracted once.
 ///
 /// A ray launched at u has landed, at height z, at X(u, z) = u + (h - z) tan(alpha), alpha = beta - t, beta = atan h',
 /// sin t = sin(beta) / eta. A voxel's mean is the integral over u of power x exact path length through the voxel,
