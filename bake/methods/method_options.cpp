@@ -58,7 +58,9 @@ bool fits(const OptionSpec& spec, const OptionValue& value) {
 void checkOptions(const std::string& method, std::span<const OptionSpec> specs, const GivenOptions& given) {
     std::vector<std::string> known;
     for (const OptionSpec& spec : specs) known.push_back(spec.name);
-    for (const auto& [name, option] : given) {
+    for (const auto& entry : given) {
+        const std::string& name = entry.first;
+        const GivenOption& option = entry.second;
         const auto spec = std::find_if(specs.begin(), specs.end(), [&](const OptionSpec& s) { return s.name == name; });
         if (spec == specs.end()) {
             const std::string nearest = nearestName(name, known);

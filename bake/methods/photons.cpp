@@ -197,8 +197,10 @@ class ShiftRun {
 public:
     ShiftRun(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor)
         : jobs_(jobs), tracer_(tracer), options_(options), monitor_(monitor) {
-        for (const Job& job : jobs)
-            blocks_ += static_cast<double>((job.paths_a_shift + kBlock - 1) / kBlock) * options.shifts;
+        for (const Job& job : jobs) {
+            const auto blocks_a_shift = (job.paths_a_shift + kBlock - 1) / kBlock;
+            blocks_ += static_cast<double>(blocks_a_shift) * options.shifts;
+        }
     }
 
     template <class Real>

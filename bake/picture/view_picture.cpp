@@ -280,8 +280,9 @@ Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSetti
         for (int x = 0; x < settings.width; ++x) {
             Rgba sum;
             for (int s = 0; s < samples * samples; ++s) {
-                const double dx = (x + (s % samples + 0.5) / samples) * 2 - settings.width;
-                const double dy = settings.height - (y + (s / samples + 0.5) / samples) * 2;
+                const int across = s % samples, down = s / samples;
+                const double dx = (x + (across + 0.5) / samples) * 2 - settings.width;
+                const double dy = settings.height - (y + (down + 0.5) / samples) * 2;
                 const glm::dvec3 direction =
                     glm::normalize(forward + half_height / settings.height * (dx * right + dy * up));
                 const auto seed = static_cast<std::uint32_t>((y * settings.width + x) * samples * samples + s) * 8U;

@@ -33,12 +33,12 @@ ConfigValue convert(const toml::node& node, const std::string& name) {
             entry.where = place(name, key.source());
             // A table under its own header, or an array of them: the header's place says more than the key's.
             if (value.is_table() && !value.as_table()->is_inline()) entry.where = place(name, value.source());
-            out.entries.emplace_back(std::string(key.str()), std::move(entry));
+            out.entries.push_back({std::string(key.str()), std::move(entry)});
         }
         // The library sorts keys; messages follow the file.
         std::stable_sort(out.entries.begin(), out.entries.end(), [&](const auto& a, const auto& b) {
-            const auto& sa = table->find(a.first)->first.source().begin;
-            const auto& sb = table->find(b.first)->first.source().begin;
+            const auto& sa = table->find(a.key)->first.source().begin;
+            const auto& sb = table->find(b.key)->first.source().begin;
             return sa.line != sb.line ? sa.line < sb.line : sa.column < sb.column;
         });
     } else if (const auto* array = node.as_array()) {

@@ -8,6 +8,8 @@
 
 namespace photic {
 
+struct ConfigEntry;
+
 /// A value of a TOML file with its place. Keeps the loader's tables apart from the parser.
 struct ConfigValue {
     enum class Kind { Boolean, Integer, Number, String, Array, Table, Date };
@@ -17,13 +19,18 @@ struct ConfigValue {
     std::int64_t integer = 0;
     double number = 0;  ///< of integers too
     std::string string;
-    std::vector<ConfigValue> items;                            ///< of an array
-    std::vector<std::pair<std::string, ConfigValue>> entries;  ///< of a table, in the file's order
+    std::vector<ConfigValue> items;    ///< of an array
+    std::vector<ConfigEntry> entries;  ///< of a table, in the file's order
 
     /// The entry `key` of a table, or null.
     const ConfigValue* find(const std::string& key) const;
     /// "a string", "an array" ...
     const char* kindName() const;
+};
+
+struct ConfigEntry {
+    std::string key;
+    ConfigValue value;
 };
 
 /// Parses TOML 1.0.

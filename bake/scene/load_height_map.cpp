@@ -142,7 +142,7 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
                             table.where("outside"), path, seamRatio(grid)));
         if (!displaced) return makeSplineField(shape, grid);
         // A displacement is a length as it is: `level` is of heights alone.
-        const auto field = makeSplineField(
+        auto field = makeSplineField(
             shape, grid, std::array{samplesOf(maps[1], path, scale, 0), samplesOf(maps[2], path, scale, 0)});
         warnOfFolds(table, "file", *field, shape, grid.width, grid.height, context.monitor);
         return field;

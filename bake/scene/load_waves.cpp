@@ -153,8 +153,7 @@ std::shared_ptr<const HeightField> loadSea(const TableReader& surface, const Hei
     shape.interpolation = loadInterpolation(surface);
     shape.bounded = place.outside != Outside::Periodic;
     if (samples.displacement.empty()) return makeSplineField(shape, samples.heights);
-    const auto field =
-        makeSplineField(shape, samples.heights, std::array{samples.displacement[0], samples.displacement[1]});
+    auto field = makeSplineField(shape, samples.heights, std::array{samples.displacement[0], samples.displacement[1]});
     warnOfFolds(table, "choppiness", *field, shape, cells.x, cells.y, context.monitor);
     return field;
 }

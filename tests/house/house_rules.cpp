@@ -50,7 +50,10 @@ std::string roomOf(const std::string& path) {
 
 std::string listOf(const std::set<std::string>& names) {
     std::string out;
-    for (const auto& n : names) out += (out.empty() ? "" : ", ") + n;
+    for (const auto& n : names) {
+        if (!out.empty()) out += ", ";
+        out += n;
+    }
     return out.empty() ? "nothing" : out;
 }
 
@@ -167,8 +170,9 @@ std::vector<Breach> missingLicence(const fs::path& root) {
         const std::string licence = name.rfind("blender_addon/", 0) == 0 ? "GPL-3.0-or-later" : "Apache-2.0";
         auto lines = linesOf(root / file);
         lines.resize(2);
-        if ((lines[0] + '\n' + lines[1]).find(wanted + licence) == std::string::npos) {
-            breaches.push_back({name, 1, "the first or second line must hold '" + wanted + licence + "'"});
+        const std::string line = wanted + licence;
+        if (lines[0].find(line) == std::string::npos && lines[1].find(line) == std::string::npos) {
+            breaches.push_back({name, 1, "the first or second line must hold '" + line + "'"});
         }
     }
     return breaches;
