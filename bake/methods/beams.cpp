@@ -31,8 +31,8 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
                    "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
         bindOption("interpolation", &BeamsOptions::interpolation,
-                   {{"constant", BeamsInterpolation::Constant}, {"ernst", BeamsInterpolation::Ernst}},
-                   "density inside a tube: constant (exact in energy), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
+                   {{"constant", BeamsInterpolation::Constant}, {"linear", BeamsInterpolation::Linear}, {"ernst", BeamsInterpolation::Ernst}},
+                   "density inside a tube: constant or linear (both exact in energy; linear is second order and dearer), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
     };
     return bindings;
 }
@@ -111,13 +111,14 @@ private:
             tube.direction = direction;
             tube.channels = field.channels().irradiance;
             tube.counts_emission = first;
+            if (options_.interpolation == BeamsInterpolation::Linear) tube.density = TubeDensity::Linear;
             tube.ends_matter = launch_.refine.ends_matter;
             tube.two_sided = surface.mesh != nullptr;
             if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
             const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
                 const auto start = Clock::now();
                 for (const TubeSet& set : sets) {
-                    if (options_.interpolation == BeamsInterpolation::Constant) {
+                    if (options_.interpolation != BeamsInterpolation::Ernst) {
                         voxelise(set, field, voxelise_, totals_, monitor_);
                         continue;
                     }

@@ -45,6 +45,17 @@ double sourceFraction(const ClipPolygon& p) {
     return std::fabs(area2);
 }
 
+// The share of the source triangle's power, whose density is linear between the corners.
+double sourceShare(const ClipPolygon& p, const double* density) {
+    const auto at = [&](const ClipPoint& q) { return density[0] + q.b1 * (density[1] - density[0]) + q.b2 * (density[2] - density[0]); };
+    double share = 0;
+    for (int i = 1; i + 1 < p.count; ++i) {
+        const ClipPoint &a = p.points[0], &b = p.points[i], &c = p.points[i + 1];
+        share += std::fabs((b.b1 - a.b1) * (c.b2 - a.b2) - (c.b1 - a.b1) * (b.b2 - a.b2)) * (at(a) + at(b) + at(c)) / 3;
+    }
+    return share;
+}
+
 ClipPolygon wholeTriangle(const double x[3], const double y[3]) {
     return {{{x[0], y[0], 0, 0}, {x[1], y[1], 1, 0}, {x[2], y[2], 0, 1}}, 3};
 }
@@ -57,12 +68,14 @@ double positiveShare(double a, double b, double c) {
     return 1 - low * low / ((middle - low) * (high - low));
 }
 
-void addFraction(TileSums& tile, int lane, int row, int column, double fraction, const float* amounts) {
+// Adds fraction(channel) x amount to a voxel.
+template <class Fraction>
+void addToVoxel(TileSums& tile, int lane, int row, int column, const float* amounts, const Fraction& fraction) {
     float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride() +
-                  static_cast<std::ptrdiff_t>(column) * tile.channels * tile.lanes + lane;
-    const int next = tile.channels * tile.lanes;
+                  static_cast<std::ptrdiff_t>(column) * tile.cellStride() + lane;
+    const int next = tile.cellStride();
     for (int k = 0; k < tile.channels; ++k) {
-        const float amount = static_cast<float>(fraction) * amounts[k];
+        const float amount = static_cast<float>(fraction(k)) * amounts[k];
         cell[k * tile.lanes] += amount;
         if (tile.running) cell[k * tile.lanes + next] -= amount;
     }
@@ -70,7 +83,7 @@ void addFraction(TileSums& tile, int lane, int row, int column, double fraction,
 
 }  // namespace
 
-void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts) {
+void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts, const CornerDensities* density) {
     const double xs[3] = {x[0], x[1], x[2]}, ys[3] = {y[0], y[1], y[2]};
     const auto [least_x, most_x] = std::minmax({xs[0], xs[1], xs[2]});
     const auto [least_y, most_y] = std::minmax({ys[0], ys[1], ys[2]});
@@ -80,7 +93,7 @@ void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3]
     const int first_row = std::max(0, static_cast<int>(std::floor(least_y)));
     const int last_row = std::min(tile.rows - 1, static_cast<int>(std::floor(most_y)));
     if (least_x >= first_column && most_x <= first_column + 1 && least_y >= first_row && most_y <= first_row + 1) {
-        addFraction(tile, lane, first_row, first_column, 1.0, amounts);
+        addToVoxel(tile, lane, first_row, first_column, amounts, [](int) { return 1.0; });
         return;
     }
     const ClipPolygon whole = wholeTriangle(xs, ys);
@@ -89,7 +102,9 @@ void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3]
         if (strip.count < 3) continue;
         for (int column = first_column; column <= last_column; ++column) {
             const ClipPolygon cell = clip<&ClipPoint::x>(clip<&ClipPoint::x>(strip, column, 1), column + 1, -1);
-            if (cell.count >= 3) addFraction(tile, lane, row, column, sourceFraction(cell), amounts);
+            if (cell.count < 3) continue;
+            const double fraction = sourceFraction(cell);
+            addToVoxel(tile, lane, row, column, amounts, [&](int k) { return density ? sourceShare(cell, density[k].data()) : fraction; });
         }
     }
 }
@@ -109,14 +124,14 @@ double meanClamped(double a, double b, double c) {
     return meanPositive(a, b, c) - meanPositive(a - 1, b - 1, c - 1);
 }
 
-double fractionInside(const double x[3], const double y[3], double width, double height) {
+double fractionInside(const double x[3], const double y[3], double width, double height, const double* density) {
     const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
     const auto [least_y, most_y] = std::minmax({y[0], y[1], y[2]});
     if (most_x <= 0 || least_x >= width || most_y <= 0 || least_y >= height) return 0;
     const bool sides[4] = {least_x < 0, most_x > width, least_y < 0, most_y > height};
     const int crossed = sides[0] + sides[1] + sides[2] + sides[3];
     if (crossed == 0) return 1;
-    if (crossed == 1) {
+    if (crossed == 1 && !density) {
         // One side: the share where a linear function is positive has a closed form.
         if (sides[0]) return positiveShare(x[0], x[1], x[2]);
         if (sides[1]) return positiveShare(width - x[0], width - x[1], width - x[2]);
@@ -128,53 +143,8 @@ double fractionInside(const double x[3], const double y[3], double width, double
     if (sides[1]) p = clip<&ClipPoint::x>(p, width, -1);
     if (sides[2]) p = clip<&ClipPoint::y>(p, 0, 1);
     if (sides[3]) p = clip<&ClipPoint::y>(p, height, -1);
-    return p.count < 3 ? 0.0 : sourceFraction(p);
-}
-
-void scalarKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile) {
-    const int irradiance = tile.channels >= 3 && set.channels == 3 ? 3 : 1;
-    const bool flux = tile.channels > irradiance;
-    for (int b = 0; b < block_count; ++b) {
-        const TubeBlock& block = set.blocks[blocks[b]];
-        for (int lane = 0; lane < tile.lanes; ++lane) {
-            const int w = tile.first_w + lane;
-            float xs[256], ys[256], open[256];
-            for (int i = 0; i < block.topology->vertex_count; ++i) {
-                const CornerRay& c = set.corners[block.first_corner + static_cast<std::uint32_t>(i)];
-                open[i] = static_cast<float>(set.sense * (w - c.w) + 0.5);
-                const double part = std::clamp(open[i], 0.0f, 1.0f);
-                const double dw = w - c.w + set.sense * (0.5 - part * (1.0 - tile.layer_offset));
-                xs[i] = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile.u0 - tile.shift_u[lane]);
-                ys[i] = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile.v0 - tile.shift_v[lane]);
-            }
-            for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
-                const std::uint8_t* c = block.topology->triangles[t].corner;
-                const TubeConstants& tube = set.tubes[block.first_tube + t];
-                const CornerRay* corners = &set.corners[block.first_corner];
-                const double length = meanClamped(open[c[0]], open[c[1]], open[c[2]]);
-                double end = -1e300;
-                for (int i = 0; i < 3; ++i) end = std::max(end, set.sense * (corners[c[i]].w_end - static_cast<double>(w)));
-                if (length <= 0 || end - 1e-3 <= -0.5) continue;
-                const double start = (corners[c[0]].w + corners[c[1]].w + corners[c[2]].w) / 3;
-                const double layers = std::max(set.sense * (w - start) - 0.5, 0.0);
-                float amounts[6];
-                double mean = 0;
-                for (int k = 0; k < irradiance; ++k) {
-                    double amount = tube.power[k] * length * tile.layer_weight;
-                    if (set.extinction[k] > 0) {
-                        const double depth = set.extinction[k] * tube.length * length;
-                        amount *= std::exp(-set.extinction[k] * tube.length * layers) * -std::expm1(-depth) / depth;
-                    }
-                    amounts[k] = static_cast<float>(amount) * tube.length;
-                    mean += amount / irradiance;
-                }
-                if (flux)
-                    for (int k = 0; k < 3; ++k) amounts[irradiance + k] = static_cast<float>(mean) * tube.travel[k];
-                const float x[3] = {xs[c[0]], xs[c[1]], xs[c[2]]}, y[3] = {ys[c[0]], ys[c[1]], ys[c[2]]};
-                depositClipped(tile, lane, x, y, amounts);
-            }
-        }
-    }
+    if (p.count < 3) return 0.0;
+    return density ? sourceShare(p, density) : sourceFraction(p);
 }
 
 }  // namespace photic

@@ -9,16 +9,16 @@
 namespace photic {
 
 namespace portable {
-TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
 }
 #ifdef PHOTIC_X86_KERNELS
 namespace avx2 {
-TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
 }
 namespace avx512 {
-TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux);
+TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
 }
 #endif
@@ -49,13 +49,13 @@ InstructionSet bestInstructionSet() {
 
 int widestLanes(InstructionSet set) { return set == InstructionSet::Avx512 ? 16 : set == InstructionSet::Avx2 ? 8 : 4; }
 
-TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux) {
+TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux, TubeDensity density) {
 #ifdef PHOTIC_X86_KERNELS
-    if (set == InstructionSet::Avx512) return avx512::kernelsFor(lanes, irradiance_channels, flux);
-    if (set == InstructionSet::Avx2) return avx2::kernelsFor(lanes, irradiance_channels, flux);
+    if (set == InstructionSet::Avx512) return avx512::kernelsFor(lanes, irradiance_channels, flux, density);
+    if (set == InstructionSet::Avx2) return avx2::kernelsFor(lanes, irradiance_channels, flux, density);
 #endif
     (void)set;
-    return portable::kernelsFor(lanes, irradiance_channels, flux);
+    return portable::kernelsFor(lanes, irradiance_channels, flux, density);
 }
 
 RowTracer rowTracer(InstructionSet set) {

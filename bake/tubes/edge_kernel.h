@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "bake/tubes/ray_tube.h"
@@ -31,8 +33,25 @@ struct TileSums {
     double expected = 0;                   ///< sum of power x path length inside the rectangle [W m], owned by this tile
     bool running = true;                   ///< sums hold changes along u; false: densities (the scalar kernel)
     std::int64_t degenerate = 0;           ///< tube layers that were clipped one by one
-    int rowStride() const { return (columns + 1) * channels * lanes; }
+    int cellStride() const { return channels * lanes; }
+    int rowStride() const { return (columns + 1) * cellStride(); }
 };
+
+/// Change of a tube's density from voxel to voxel, in multiples of its mean, up to which linear density is followed.
+constexpr float kSteepestSlope = 1;
+/// Density in multiples of that at the surface up to which it is.
+constexpr float kBrightestSlope = 16;
+/// Share of a tube's power that one of its sides may hand on to the neighbour for being curved.
+constexpr float kMostHandedOn = 0.125f;
+/// Departure from a tube's mean below which its density is constant: moved inside a cell or two, it cannot be seen.
+constexpr float kLeastDeparture = 1e-4f;
+/// Mean density around a tube's corners at the surface, as CornerSpread counts power; 1 where it is not known.
+inline float unfocused(const CornerSpread& a, const CornerSpread& b, const CornerSpread& c) {
+    float area = 0;
+    for (const CornerSpread* s : {&a, &b, &c}) area += std::fabs(s->step[0][0] * s->step[1][1] - s->step[0][1] * s->step[1][0]);
+    const float power = a.power + b.power + c.power;
+    return area > 0 && power > 0 ? power / area : 1;
+}
 
 /// Which vector instructions a kernel is built for.
 enum class InstructionSet { Portable, Avx2, Avx512 };
@@ -64,14 +83,18 @@ struct TileKernels {
 
 /// @param lanes  4, 8 or 16
 /// @param irradiance_channels  1 or 3
-TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux);
+/// @param density  Linear needs TubeSet::spreads
+TileKernels tileKernels(InstructionSet set, int lanes, int irradiance_channels, bool flux, TubeDensity density);
 
 /// Adds one tube's layer by clipping its triangle against the voxels in barycentric coordinates, which stays exact
 /// when the image of the triangle collapses (docs/methods.md). Sub-voxel exact at any size.
 ///
 /// @param x, y     the corners in the buffer's columns and rows
 /// @param amounts  per channel, what the whole tube deposits in this layer
-void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts);
+/// @param density  per channel, at the corners, of mean 1; null: constant
+using CornerDensities = std::array<double, 3>;
+void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts,
+                    const CornerDensities* density = nullptr);
 
 /// The same, voxel by voxel and without running sums: the plain kernel that the vector ones are measured against.
 void scalarKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile);
@@ -80,6 +103,7 @@ void scalarKernel(const TubeSet& set, const std::uint32_t* blocks, int block_cou
 double meanClamped(double a, double b, double c);
 
 /// Fraction of a triangle inside the rectangle [0, width] x [0, height].
-double fractionInside(const double x[3], const double y[3], double width, double height);
+/// @param density  at the corners, of mean 1; null: 1
+double fractionInside(const double x[3], const double y[3], double width, double height, const double* density = nullptr);
 
 }  // namespace photic

@@ -6,8 +6,8 @@
 
 namespace photic::avx512 {
 
-TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux) {
-    return {selectKernel(lanes, irradiance_channels, flux), runningSums, copyLeaf};
+TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density) {
+    return {selectKernel(lanes, irradiance_channels, flux, density), runningSums, copyLeaf};
 }
 
 RowTracer rowTracerHere() { return traceRow; }

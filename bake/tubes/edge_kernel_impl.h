@@ -3,8 +3,12 @@
 // or 16 layers of voxels at a time. Derivation: docs/methods.md, "The edge kernel".
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "bake/tubes/edge_kernel.h"
 #include "bake/tubes/lanes.h"
+#include "bake/tubes/linear_density_impl.h"
 
 namespace photic::PHOTIC_ISA {
 
@@ -12,19 +16,23 @@ constexpr int kMaxCorners = 256;
 constexpr int kMaxTubes = 256;
 
 /// A block's corners and tube densities on the layers of a slab.
-template <class V, int kIrradiance>
+template <class V, int kIrradiance, TubeDensity kDensity>
 struct BlockLayers {
     V x[kMaxCorners], y[kMaxCorners], open[kMaxCorners];
     float first_open[kMaxCorners];   // least open part over the lanes
     float min_x[kMaxCorners], max_x[kMaxCorners], min_y[kMaxCorners], max_y[kMaxCorners];
     V density[kMaxTubes][kIrradiance];
     bool present[kMaxTubes];
+    // Linear density only.
+    CornerLayers<V> around[kDensity == TubeDensity::Linear ? kMaxCorners : 1];
 };
 
-template <class V, int kIrradiance, bool kFlux>
+template <class V, int kIrradiance, bool kFlux, TubeDensity kDensity>
 class SlabKernel {
     static constexpr int kLanes = laneCount<V>;
     static constexpr int kChannels = kIrradiance + (kFlux ? 3 : 0);
+    static constexpr bool kLinear = kDensity == TubeDensity::Linear;
+    static constexpr int kCell = kChannels * kLanes;
 
 public:
     SlabKernel(const TubeSet& set, TileSums& tile) : set_(set), tile_(tile) {
@@ -57,10 +65,22 @@ private:
             const V x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane - shift_u_;
             const V y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane - shift_v_;
             at_.x[i] = x, at_.y[i] = y, at_.open[i] = open;
+            if constexpr (kLinear) at_.around[i] = aroundCorner(block, i, static_cast<float>(dw) + plane, part);
             at_.first_open[i] = open[set_.sense > 0 ? 0 : kLanes - 1];
             at_.min_x[i] = leastLane(x), at_.max_x[i] = mostLane(x);
             at_.min_y[i] = leastLane(y), at_.max_y[i] = mostLane(y);
         }
+    }
+
+    // How light around a corner ray spreads, with what is left of it and its share of an open layer.
+    CornerLayers<V> aroundCorner(const TubeBlock& block, int corner, V layers, V part) const {
+        const CornerSpread& spread = set_.spreads[block.first_corner + static_cast<std::uint32_t>(corner)];
+        CornerLayers<V> out = cornerLayers(spread, layers);
+        out.density = out.density * part;
+        if (set_.extinction == glm::dvec3(0)) return out;
+        const float mean = static_cast<float>((set_.extinction.x + set_.extinction.y + set_.extinction.z) * (1.0 / 3.0));
+        out.density = out.density * exponential<V>(-mean * spread.length * absolute(layers));
+        return out;
     }
 
     static float least3(const float* m, const std::uint8_t* c) {
@@ -134,7 +154,7 @@ private:
         V amount[kIrradiance];
         for (int k = 0; k < kIrradiance; ++k) amount[k] = tube.power[k] * length;
         if (set_.extinction != glm::dvec3(0)) attenuate(tube, block, c, length, amount);
-        account(x0, x1, x2, y0, y1, y2, tube, amount);
+        if constexpr (kLinear) handOn(block, c, amount);
 
         // A sliver's density would drown its neighbours in rounding: clip it by itself instead.
         const V size = most(most(e1x * e1x + e1y * e1y, e2x * e2x + e2y * e2y),
@@ -158,6 +178,62 @@ private:
             }
         }
         for (int k = 0; k < kIrradiance; ++k) at_.density[t][k] = amount[k] * inverse;
+        const V x[3] = {x0, x1, x2}, y[3] = {y0, y1, y2};
+        if constexpr (kLinear)
+            account(x, y, tube, amount, addDepartures(tube, block, t, c, x, y, 0.5f * inverse));
+        else
+            account(x, y, tube, amount, nullptr);
+    }
+
+    // Moves light between a tube and its neighbours across sides that are curved in truth.
+    void handOn(const TubeBlock& block, const std::uint8_t* c, V* amount) {
+        const CornerSpread* spreads = &set_.spreads[block.first_corner];
+        V sum = {};
+        for (int i = 0; i < 3; ++i) {
+            const int a = c[i], b = c[(i + 1) % 3];
+            sum = sum + handedOn(spreads[a], spreads[b], at_.around[a], at_.around[b], at_.x[b] - at_.x[a], at_.y[b] - at_.y[a]);
+        }
+        for (int k = 0; k < kIrradiance; ++k) amount[k] = amount[k] - static_cast<float>(set_.irradiance[k]) * tile_.layer_weight * sum;
+    }
+
+    // Adds the departures of a tube's density from its mean; returns the density at its corners in multiples of the mean, or
+    // null where it is constant.
+    const V* addDepartures(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c, const V* x, const V* y,
+                           V inverse_area) {
+        const CornerSpread* spreads = &set_.spreads[block.first_corner];
+        const CornerSpread &a = spreads[c[0]], &b = spreads[c[1]], &d = spreads[c[2]];
+        if (a.power * b.power * d.power == 0.0f) return nullptr;
+        float turns[3][3];
+        float turn = 0;
+        for (int k = 0; k < 3; ++k)
+            for (int i = 0; i < 3; ++i) {
+                turns[i][k] = (spreads[c[i]].travel[k] - tube.travel[k]) / tube.length;
+                turn = std::max(turn, std::fabs(turns[i][k]));
+            }
+        const V f[3] = {at_.around[c[0]].density, at_.around[c[1]].density, at_.around[c[2]].density};
+        const TubeShape<V> shape = shapeOf(f, x, y, inverse_area, unfocused(a, b, d), turns);
+        V widest = shape.kept * turn;
+        for (const V& departure : shape.departure) widest = most(widest, absolute(departure));
+        if (mostLane(widest) < kLeastDeparture) return nullptr;
+
+        const float lengths[3] = {a.length, b.length, d.length};
+        const LinearChannel<V> relative = linearChannel(shape, splat<V>(1.0f / tube.length), lengths, tube.length);
+        for (int i = 0; i < 3; ++i) relative_[i] = 1.0f + relative.value[i];
+        const float low_x = least3(at_.min_x, c), high_x = most3(at_.max_x, c), low_y = least3(at_.min_y, c), high_y = most3(at_.max_y, c);
+        if (std::floor(low_x) == std::floor(high_x) && std::floor(low_y) == std::floor(high_y)) return relative_;
+        const int rows[2] = {rowOf(low_y), rowOf(high_y)}, columns[2] = {columnOf(low_x), columnOf(high_x)};
+        LinearChannel<V> channels[kChannels];
+        V mean = {};
+        for (int k = 0; k < kIrradiance; ++k) {
+            channels[k] = linearChannel(shape, at_.density[t][k], lengths, tube.length);
+            mean = mean + at_.density[t][k];
+        }
+        for (int k = 0; k < 3 && kFlux; ++k) {
+            const float travel[3] = {a.travel[k], b.travel[k], d.travel[k]};
+            channels[kIrradiance + k] = linearChannel(shape, mean * (1.0f / kIrradiance), travel, tube.travel[k]);
+        }
+        depositDepartures<V, kChannels>(tile_, x, y, channels, rows, columns);
+        return relative_;
     }
 
     // Beer-Lambert, averaged over the open part of each layer: exp(-s t) (1 - exp(-s dt)) / (s dt).
@@ -177,7 +253,9 @@ private:
     }
 
     // The other side of the path ledger: what this tube must deposit inside the rectangle of processed tiles.
-    void account(V x0, V x1, V x2, V y0, V y1, V y2, const TubeConstants& tube, const V* amount) {
+    // density: at the corners, in multiples of the mean, or null.
+    void account(const V* x, const V* y, const TubeConstants& tube, const V* amount, const V* density) {
+        const V x0 = x[0], x1 = x[1], x2 = x[2], y0 = y[0], y1 = y[1], y2 = y[2];
         V mean = amount[0];
         if (kIrradiance == 3) mean = (amount[0] + amount[1] + amount[2]) * (1.0f / 3.0f);
         // The tile that holds the centroid (moved into the rectangle) owns the tube's layer.
@@ -205,7 +283,9 @@ private:
             if (margin[l] < 0.0f) {
                 const double xs[3] = {x0[l] - low_u[l], x1[l] - low_u[l], x2[l] - low_u[l]};
                 const double ys[3] = {y0[l] - low_v[l], y1[l] - low_v[l], y2[l] - low_v[l]};
-                fraction = fractionInside(xs, ys, high_u[l] - low_u[l], high_v[l] - low_v[l]);
+                double at_corners[3];
+                for (int i = 0; i < 3 && density; ++i) at_corners[i] = density[i][l];
+                fraction = fractionInside(xs, ys, high_u[l] - low_u[l], high_v[l] - low_v[l], density ? at_corners : nullptr);
             }
             tile_.expected += fraction * static_cast<double>(owned[l]);
         }
@@ -264,11 +344,11 @@ private:
                 last_column = columnOf(mostLane(far_x));
             }
             float* cell = tile_.sums + static_cast<std::ptrdiff_t>(row) * tile_.rowStride() +
-                          static_cast<std::ptrdiff_t>(first_column) * kChannels * kLanes;
+                          static_cast<std::ptrdiff_t>(first_column) * kCell;
             if (first_column == last_column && whole) {
                 const V covered = height * (static_cast<float>(first_column + 1) - 0.5f * (near_x + far_x));
                 addCell(cell, covered, change);
-                addCell(cell + kChannels * kLanes, height - covered, change);
+                addCell(cell + kCell, height - covered, change);
                 continue;
             }
             // The reach of a column, differenced twice along the columns, is the coverage's change.
@@ -276,7 +356,7 @@ private:
             V c = splat<V>(static_cast<float>(first_column));
             V reach = reachOf(c, near_x, far_x, half_inverse);
             V coverage = splat<V>(0.0f);
-            for (int column = first_column; column <= last_column; ++column, cell += kChannels * kLanes) {
+            for (int column = first_column; column <= last_column; ++column, cell += kCell) {
                 c = c + 1.0f;
                 const V next = reachOf(c, near_x, far_x, half_inverse);
                 const V step = next - reach;
@@ -299,6 +379,11 @@ private:
         return x < static_cast<float>(tile_.columns) ? static_cast<int>(x) : tile_.columns - 1;
     }
 
+    int rowOf(float y) const {
+        if (y <= 0.0f) return 0;
+        return y < static_cast<float>(tile_.rows) ? static_cast<int>(y) : tile_.rows - 1;
+    }
+
     static void addCell(float* cell, V area, const V* change) {
         for (int k = 0; k < kChannels; ++k) store(cell + k * kLanes, load<V>(cell + k * kLanes) + area * change[k]);
     }
@@ -306,24 +391,31 @@ private:
     const TubeSet& set_;
     TileSums& tile_;
     V shift_u_{}, shift_v_{};
-    BlockLayers<V, kIrradiance> at_;
+    V relative_[3];
+    BlockLayers<V, kIrradiance, kDensity> at_;
 };
 
-template <int N, int kIrradiance, bool kFlux>
+template <int N, int kIrradiance, bool kFlux, TubeDensity kDensity>
 void runKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile) {
-    SlabKernel<typename LanesOf<N>::F, kIrradiance, kFlux> kernel(set, tile);
+    SlabKernel<typename LanesOf<N>::F, kIrradiance, kFlux, kDensity> kernel(set, tile);
     for (int i = 0; i < block_count; ++i) kernel.add(set.blocks[blocks[i]]);
 }
 
-template <int N>
+template <int N, TubeDensity kDensity>
 EdgeKernel kernelOfWidth(int irradiance_channels, bool flux) {
-    if (irradiance_channels == 1) return flux ? runKernel<N, 1, true> : runKernel<N, 1, false>;
-    return flux ? runKernel<N, 3, true> : runKernel<N, 3, false>;
+    if (irradiance_channels == 1) return flux ? runKernel<N, 1, true, kDensity> : runKernel<N, 1, false, kDensity>;
+    return flux ? runKernel<N, 3, true, kDensity> : runKernel<N, 3, false, kDensity>;
 }
 
-inline EdgeKernel selectKernel(int lanes, int irradiance_channels, bool flux) {
-    if (lanes == 16) return kernelOfWidth<16>(irradiance_channels, flux);
-    return lanes == 8 ? kernelOfWidth<8>(irradiance_channels, flux) : kernelOfWidth<4>(irradiance_channels, flux);
+template <TubeDensity kDensity>
+EdgeKernel kernelOfDensity(int lanes, int irradiance_channels, bool flux) {
+    if (lanes == 16) return kernelOfWidth<16, kDensity>(irradiance_channels, flux);
+    return lanes == 8 ? kernelOfWidth<8, kDensity>(irradiance_channels, flux) : kernelOfWidth<4, kDensity>(irradiance_channels, flux);
+}
+
+inline EdgeKernel selectKernel(int lanes, int irradiance_channels, bool flux, TubeDensity density) {
+    return density == TubeDensity::Linear ? kernelOfDensity<TubeDensity::Linear>(lanes, irradiance_channels, flux)
+                                          : kernelOfDensity<TubeDensity::Constant>(lanes, irradiance_channels, flux);
 }
 
 }  // namespace photic::PHOTIC_ISA

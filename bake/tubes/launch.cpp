@@ -219,7 +219,8 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
         points.resize(static_cast<std::size_t>(rows + 3)), rays.resize(static_cast<std::size_t>(rows + 3));
         const auto quads = static_cast<std::size_t>(lattice.columns) * static_cast<std::size_t>(rows);
         if (quick) builder.reserve(setup.refract ? -1 : 1, quads + quads / 3 + 64, 2 * quads);
-        const int border = quick && refine.tolerance > 0 ? 1 : 0;
+        const bool bending = refine.tolerance > 0;
+        const int border = quick && (bending || light.density == TubeDensity::Linear) ? 1 : 0;
         for (int j = -border; j <= rows + border; ++j) {
             const auto row = static_cast<std::size_t>(j + 1);
             const SurfaceParam start = lattice.param(0, first_row + j);
@@ -227,16 +228,16 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
             if (quick) trace(setup, points[row], rays[row]);
         }
         const double floor_w = setup.refract ? frame.min.z - 0.5 : frame.max.z + 0.5;
-        if (border) bends.measure(rays.data() + 1, rows, floor_w);
+        if (border && bending) bends.measure(rays.data() + 1, rows, floor_w);
         std::int64_t traced = std::int64_t{stride} * (rows + 1 + 2 * border);
         for (int column = 0; column < lattice.columns; column += kBlockQuads) {
             const int columns = std::min(kBlockQuads, lattice.columns - column);
-            const bool straight = !border || bends.most(column, columns) <= refine.tolerance;
+            const bool straight = !border || !bending || bends.most(column, columns) <= refine.tolerance;
             if (quick && straight && regular(rays.data() + 1, rows, column, columns))
                 builder.addRegular(topologies.of(columns, rows), rays.data() + 1, column, columns, rows);
             else
                 traced += refineBlock(tracer, lattice, points.data() + 1, first_row, rows, column, columns, refine,
-                                      border ? &bends : nullptr, builder);
+                                      border && bending ? &bends : nullptr, builder);
         }
         return traced;
     });

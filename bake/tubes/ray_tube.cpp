@@ -39,6 +39,7 @@ void TubeSet::append(const TubeSet& other) {
     }
     corners.insert(corners.end(), other.corners.begin(), other.corners.end());
     tubes.insert(tubes.end(), other.tubes.begin(), other.tubes.end());
+    spreads.insert(spreads.end(), other.spreads.begin(), other.spreads.end());
     slope_u_power += other.slope_u_power, slope_v_power += other.slope_v_power, slope_power += other.slope_power;
 }
 

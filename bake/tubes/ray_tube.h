@@ -35,6 +35,22 @@ struct CornerRay {
     float w_end = 0;              ///< where it ends [voxels], overshoot included
 };
 
+/// How density varies inside a tube.
+enum class TubeDensity {
+    Constant,
+    Linear  ///< between the densities at the corner rays, from the spread of the lattice around them
+};
+
+/// How the light around a corner ray spreads: with its neighbours' it gives the slope of the density inside a tube.
+struct CornerSpread {
+    /// Where the rays one lattice cell away along columns (0) and rows (1) meet this ray's layer, from this ray: (u, v)
+    /// [voxels], and how that grows per layer.
+    float step[2][2] = {}, step_per_layer[2][2] = {};
+    float power = 0;               ///< of a lattice cell's light per irradiance across the beam [m2]; 0: not known
+    float column = 0, row = 0;     ///< place on the lattice, from the block's own first corner
+    float length = 0, travel[3] = {0, 0, 0};  ///< of the ray itself, as in TubeConstants
+};
+
 /// Constants of one tube: the bundle of rays between three corners.
 struct TubeConstants {
     float power[3];   ///< at the start, per channel [W]; white light uses the first
@@ -55,10 +71,12 @@ struct TubeSet {
     int sense = -1;            ///< +1: light travels towards larger w
     int channels = 1;          ///< of power: 1 white, 3 coloured
     glm::dvec3 extinction{0};  ///< of the medium, per channel [1/m]
+    glm::dvec3 irradiance{0};  ///< across the beam, per channel [W/m2]
     double slope_u_power = 0, slope_v_power = 0, slope_power = 0;  ///< sums of du/dw and dv/dw x power, and of power
     std::vector<TubeBlock> blocks;
     std::vector<CornerRay> corners;
     std::vector<TubeConstants> tubes;
+    std::vector<CornerSpread> spreads;  ///< one a corner; empty: density is constant in each tube
 
     bool empty() const { return blocks.empty(); }
     /// Power-weighted mean slope of the rays.

@@ -2,6 +2,7 @@
 // The quick way of TubeBuilder: whole blocks of a regular mesh, straight from traced rows.
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "bake/tubes/tube_builder.h"
@@ -63,6 +64,41 @@ void TubeBuilder::countRegular(double arriving, double fraction, double untraced
     (std::isfinite(hit_distance) ? power_.received : power_.escaped) += left;
 }
 
+// Derivatives along the lattice by central differences: exact enough for a slope, which only moves light inside a tube.
+void TubeBuilder::addSpreads(const RayRow* row, int first, int columns, int rows, TubeSet& set) const {
+    const int last = static_cast<int>(row[0].u.size()) - 1;
+    const glm::dvec3 d = light_.direction;
+    for (int j = 0; j <= rows; ++j) {
+        const RayRow &below = row[j - 1], &here = row[j], &above = row[j + 1];
+        for (int i = first; i <= first + columns; ++i) {
+            const auto k = static_cast<std::size_t>(i), a = static_cast<std::size_t>(std::max(i - 1, 0)),
+                       b = static_cast<std::size_t>(std::min(i + 1, last));
+            CornerSpread& spread = set.spreads.emplace_back();
+            if (here.per_layer[a] <= 0 || here.per_layer[b] <= 0 || below.per_layer[k] <= 0 || above.per_layer[k] <= 0) continue;
+            const double s = 1.0 / static_cast<double>(b - a), t = 0.5;
+            const auto along = [&](const std::vector<double> RayRow::*m) { return ((here.*m)[b] - (here.*m)[a]) * s; };
+            const auto across = [&](const std::vector<double> RayRow::*m) { return ((above.*m)[k] - (below.*m)[k]) * t; };
+            // Neighbours start at other heights: bring them to this ray's own along their slope.
+            const double w_a = along(&RayRow::w), w_c = across(&RayRow::w), du = here.du[k], dv = here.dv[k];
+            const double ua = along(&RayRow::u) - du * w_a, va = along(&RayRow::v) - dv * w_a;
+            const double uc = across(&RayRow::u) - du * w_c, vc = across(&RayRow::v) - dv * w_c;
+            const double dua = along(&RayRow::du), dva = along(&RayRow::dv), duc = across(&RayRow::du), dvc = across(&RayRow::dv);
+            const glm::dvec3 pa(along(&RayRow::x), along(&RayRow::y), along(&RayRow::z));
+            const glm::dvec3 pc(across(&RayRow::x), across(&RayRow::y), across(&RayRow::z));
+            spread.step[0][0] = static_cast<float>(ua), spread.step[0][1] = static_cast<float>(va);
+            spread.step[1][0] = static_cast<float>(uc), spread.step[1][1] = static_cast<float>(vc);
+            spread.step_per_layer[0][0] = static_cast<float>(dua), spread.step_per_layer[0][1] = static_cast<float>(dva);
+            spread.step_per_layer[1][0] = static_cast<float>(duc), spread.step_per_layer[1][1] = static_cast<float>(dvc);
+            spread.column = static_cast<float>(i - first), spread.row = static_cast<float>(j);
+            spread.power = static_cast<float>(here.fraction[k] * std::fabs(glm::dot(glm::cross(pa, pc), d)));
+            spread.length = static_cast<float>(here.per_layer[k]);
+            spread.travel[0] = static_cast<float>(here.dx[k] * here.per_layer[k]);
+            spread.travel[1] = static_cast<float>(here.dy[k] * here.per_layer[k]);
+            spread.travel[2] = static_cast<float>(here.dz[k] * here.per_layer[k]);
+        }
+    }
+}
+
 void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows) {
     const int s = row->dz[static_cast<std::size_t>(first)] < 0 ? 4 : 5;
     closeBlock(s);
@@ -77,6 +113,7 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
     if (!culled) {
         set.corners.resize(set.corners.size() + static_cast<std::size_t>(stride * (rows + 1)));
         set.tubes.resize(set.tubes.size() + static_cast<std::size_t>(2 * columns * rows));
+        if (light_.density == TubeDensity::Linear) addSpreads(row, first, columns, rows, set);
         CornerRay* corner = &set.corners[block.first_corner];
         for (int j = 0; j <= rows; ++j) {
             const RayRow& r = row[j];

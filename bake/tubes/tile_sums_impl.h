@@ -9,7 +9,7 @@
 namespace photic::PHOTIC_ISA {
 
 inline void runningSums(TileSums& tile) {
-    const int stride = tile.channels * tile.lanes;
+    const int stride = tile.cellStride();
     for (int row = 0; row < tile.rows; ++row) {
         float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride();
         // Four lanes is the narrowest slab, so strides are multiples of 4; chunks of 16 keep the sums in registers.
@@ -51,7 +51,7 @@ inline F8 fluxBound(const V8Flux& f, F8 irradiance) {
 inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
                      float* out) {
     alignas(32) std::int32_t index[8];
-    const int stride = tile.channels * tile.lanes;
+    const int stride = tile.cellStride();
     for (int l = 0; l < 8; ++l) {
         const int lane = first_lane + l;
         index[l] = (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;

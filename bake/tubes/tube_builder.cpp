@@ -29,6 +29,7 @@ TubeBuilder::TubeBuilder(const GridFrame& frame, const TubeLight& light)
         set.sense = i % 2 ? 1 : -1;
         set.channels = light.channels;
         set.extinction = extinction_;
+        set.irradiance = light.irradiance;
     }
 }
 
@@ -128,6 +129,7 @@ std::uint8_t TubeBuilder::cornerIndex(int s, const Corner& corner, double end_di
     open.params.push_back(corner.param);
     open.ends.push_back(ray.w_end);
     set.corners.push_back(ray);
+    if (light_.density == TubeDensity::Linear) set.spreads.emplace_back();
     return static_cast<std::uint8_t>(open.params.size() - 1);
 }
 

@@ -23,6 +23,7 @@ struct TubeLight {
     bool ends_matter = true;       ///< a tube over two objects stops at the first; false where only planes end light, behind
                                    ///< which nothing is seen: each ray keeps its own end
     bool two_sided = false;        ///< meshes take light from either side, height fields from above
+    TubeDensity density = TubeDensity::Constant;
     bool counts_emission = true;   ///< false for a second branch of the same light: emitted power is counted once
 };
 
@@ -42,7 +43,8 @@ public:
 
     /// Adds the tubes of a regular block from traced rows, all of whose rays z layers serve (per_layer > 0).
     /// @param topology  regularTopology(columns, rows)
-    /// @param row       rows + 1 traced rows, of which corners [first, first + columns] are used
+    /// @param row       rows + 1 traced rows, of which corners [first, first + columns] are used; linear density reads one
+    ///                  more on either side
     void addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows);
 
     /// Makes room for the tubes of regular blocks that go down (`sense` < 0) or up through z layers.
@@ -78,6 +80,7 @@ private:
     void closeBlock(int set);
     void countTube(const Corner* const* corners, const glm::dvec3& arriving, bool culled);
     bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
+    void addSpreads(const RayRow* row, int first, int columns, int rows, TubeSet& set) const;
     void countRegular(double arriving, double fraction, double untraced, double hit_distance, double exit_distance, bool culled);
 
     GridFrame frame_;

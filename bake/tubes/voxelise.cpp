@@ -59,7 +59,8 @@ class Voxeliser {
 public:
     Voxeliser(const TubeSet& set, LightField& field, const VoxeliseOptions& options)
         : set_(set), field_(field), options_(options), axes_(axesFor(set.axis)), rule_(gaussRule(options.quadrature)),
-          scale_(static_cast<float>(1.0 / field.frame().voxelVolume())) {}
+          scale_(static_cast<float>(1.0 / field.frame().voxelVolume())),
+          density_(set.spreads.empty() || options.kernel == DepositKernel::Scalar ? TubeDensity::Constant : TubeDensity::Linear) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
         const auto groups = planSlabs(field_.needed(), set_.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
@@ -149,7 +150,7 @@ private:
         std::memset(sums.sums, 0, floats * sizeof(float));
 
         const int irradiance = field_.channels().irradiance;
-        const TileKernels kernels = tileKernels(options_.instruction_set, sums.lanes, irradiance, field_.channels().flux);
+        const TileKernels kernels = tileKernels(options_.instruction_set, sums.lanes, irradiance, field_.channels().flux, density_);
         const int count = static_cast<int>(blocks.size());
         for (const auto& [offset, weight] : rule_.points) {
             sums.layer_offset = offset, sums.layer_weight = static_cast<float>(weight);
@@ -240,8 +241,8 @@ private:
             const int lane = first_lane + l;
             for (int y = 0; y < 8; ++y) {
                 const float* cell = sums.sums + static_cast<std::ptrdiff_t>(v + y - sums.v0 - sums.shift_v[lane]) * sums.rowStride() +
-                                    static_cast<std::ptrdiff_t>(u - sums.u0 - sums.shift_u[lane]) * sums.channels * sums.lanes + lane;
-                for (int x = 0; x < 8; ++x, cell += sums.channels * sums.lanes) {
+                                    static_cast<std::ptrdiff_t>(u - sums.u0 - sums.shift_u[lane]) * sums.cellStride() + lane;
+                for (int x = 0; x < 8; ++x, cell += sums.cellStride()) {
                     float lit = 0;
                     for (int k = 0; k < irradiance; ++k) lit += cell[k * sums.lanes] * scale_;
                     if (!(lit > floor)) continue;
@@ -288,6 +289,7 @@ private:
     std::array<int, 3> axes_;
     GaussRule rule_;
     float scale_;
+    TubeDensity density_;
     std::vector<std::vector<std::vector<Bounds>>> bounds_;  // group, slab, block
 };
 

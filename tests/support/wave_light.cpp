@@ -232,7 +232,7 @@ void WaveLight::fillJacobian(VoxelMeans& out, double x0, double dx, double z0, d
             const double bottom = z0 + k * dz, top = std::min(bottom + dz, r.h);
             const double j_top = jacobian(u, top), j_bottom = jacobian(u, bottom);
             const double least = j_top * j_bottom <= 0 ? 0 : std::min(std::fabs(j_top), std::fabs(j_bottom));
-            const auto [low, high] = std::minmax(landingIn(r, top), landingIn(r, bottom));
+            const auto [low, high] = std::minmax({landingIn(r, top), landingIn(r, bottom)});
             const int first = std::max(0, static_cast<int>(std::floor((low - x0) / dx)));
             const int last = std::min(out.nx - 1, static_cast<int>(std::floor((high - x0) / dx)));
             for (int i = first; i <= last; ++i) {

@@ -50,6 +50,25 @@ TubeSet foldedSheet(int axis, int sense, double cell, glm::dvec2 low, glm::dvec2
     return set;
 }
 
+// How the light of foldedSheet spreads, by its formulas' derivatives per cell.
+void addSpreads(TubeSet& set, double cell) {
+    set.irradiance = {1, 1.3, 1.6};
+    for (const CornerRay& ray : set.corners) {
+        CornerSpread spread;
+        const double wu = 0.7 * 0.31 * std::cos(0.31 * ray.u) * std::cos(0.23 * ray.v), wv = -0.7 * 0.23 * std::sin(0.31 * ray.u) * std::sin(0.23 * ray.v);
+        const double uu = 1 - ray.du_dw * wu, vu = -ray.dv_dw * wu, uv = -ray.du_dw * wv, vv = 1 - ray.dv_dw * wv;
+        const double du = 0.35 * 0.21 * std::cos(0.21 * ray.u + 0.4), dv = -0.3 * 0.17 * std::sin(0.17 * ray.v);
+        spread.step[0][0] = static_cast<float>(cell * uu), spread.step[0][1] = static_cast<float>(cell * vu);
+        spread.step[1][0] = static_cast<float>(cell * uv), spread.step[1][1] = static_cast<float>(cell * vv);
+        spread.step_per_layer[0][0] = static_cast<float>(cell * du), spread.step_per_layer[1][1] = static_cast<float>(cell * dv);
+        spread.column = static_cast<float>(std::lround(ray.u / cell)), spread.row = static_cast<float>(std::lround(ray.v / cell));
+        spread.power = static_cast<float>(cell * cell * (1 + 0.2 * std::sin(0.1 * ray.u)));
+        spread.length = static_cast<float>(1.2 + 0.1 * std::sin(0.2 * ray.v));
+        spread.travel[0] = static_cast<float>(ray.du_dw), spread.travel[1] = static_cast<float>(ray.dv_dw), spread.travel[2] = 1;
+        set.spreads.push_back(spread);
+    }
+}
+
 double largestDifference(const LightField& a, const LightField& b) {
     double worst = 0;
     const GridFrame& frame = a.frame();
@@ -99,6 +118,41 @@ TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnAFoldedSheet) {
             if (channels == 1) {
                 // Slivers everywhere and dark voxels between them: what rounding leaves there below 0 is cut off, and that adds up.
                 EXPECT_NEAR(totals.expected / field.sum(0), 1, 2e-6) << "cell " << cell;
+            }
+        }
+    }
+}
+
+TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnLinearDensity) {
+    const auto needed = box({3, -2, -9}, {30, 27, 17});
+    for (const int channels : {1, 3}) {
+        for (const double cell : {0.4, 1.1, 9.0}) {
+            TubeSet set = foldedSheet(2, -1, cell, {-60, -50}, {90, 100}, 22.3, channels);
+            addSpreads(set, cell);
+            if (channels == 3) set.extinction = {0.02, 0.01, 0.04};
+            VoxeliseOptions options;
+            options.noise_floor = 3e-6;
+            DepositTotals totals, scalar_totals;
+            options.kernel = DepositKernel::Scalar;
+            const LightField expected = voxelised(set, needed, options, scalar_totals, {channels, true});
+            options.kernel = DepositKernel::Edges;
+            options.instruction_set = GetParam();
+            const LightField field = voxelised(set, needed, options, totals, {channels, true});
+            set.spreads.clear();
+            const LightField constant = voxelised(set, needed, options, scalar_totals, {channels, true});
+            double sum = 0, apart = 0, changed = 0;
+            for (int slot = 0; slot < expected.leafCount(); ++slot)
+                for (int v = 0; v < LightField::kLeafVoxels && expected.state(slot) == LeafState::Dense; ++v) {
+                    const double here = expected.dense(slot)[v];
+                    sum += here;
+                    apart += std::fabs(here - (field.state(slot) == LeafState::Dense ? field.dense(slot)[v] : 0));
+                    changed += std::fabs(here - (constant.state(slot) == LeafState::Dense ? constant.dense(slot)[v] : 0));
+                }
+            EXPECT_LT(apart / sum, 5e-5) << channels << " channels, cell " << cell;
+            EXPECT_GT(changed / sum, 1e-3) << "the test must be able to fail";
+            EXPECT_NEAR(field.sum(0) / expected.sum(0), 1, 3e-6) << "cell " << cell;
+            if (channels == 1) {
+                EXPECT_NEAR(totals.expected / field.sum(0), 1, 3e-6) << "cell " << cell;
             }
         }
     }
