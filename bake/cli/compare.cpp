@@ -29,16 +29,18 @@ Json numbers(const Difference& d) {
         {"worst", {{"difference", d.worst()}, {"relative", d.relativeWorst()}, {"a", d.worstA()}, {"b", d.worstB()}}}};
 }
 
-/// Both lattices must be the same for voxels to be compared by index.
-void checkSameLattice(const CompareArguments& arguments, const GridFrame& a, const GridFrame& b) {
+/// What to add to b's index to get a's. The lattices must coincide, up to whole voxels: bakes of receivers alone number theirs
+/// by their leaves.
+glm::ivec3 offsetBetween(const CompareArguments& arguments, const GridFrame& a, const GridFrame& b) {
+    const glm::dvec3 offset = glm::round(a.indexFromWorld(b.worldFromIndex(b.min)) - glm::dvec3(b.min));
     double apart = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec3 index(corner & 1 ? b.max.x : b.min.x, corner & 2 ? b.max.y : b.min.y,
                                corner & 4 ? b.max.z : b.min.z);
-        apart = std::max(apart, glm::length(a.worldFromIndex(index) - b.worldFromIndex(index)));
+        apart = std::max(apart, glm::length(a.worldFromIndex(index + offset) - b.worldFromIndex(index)));
     }
     const double voxel = std::cbrt(b.voxelVolume());
-    if (apart <= 1e-3 * voxel) return;
+    if (apart <= 1e-3 * voxel) return glm::ivec3(offset);
     throw Error(ErrorCode::Input,
                 fmt::format("the volumes' voxels do not coincide (they are up to {:.3g} m apart, a voxel is {:.3g} m); "
                             "bake both on one grid",
@@ -79,7 +81,7 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     terminal.progress("read", 0);
     const LightVolume a = readVdb(arguments.a), b = readVdb(arguments.b);
     terminal.checkCancelled();
-    checkSameLattice(arguments, a.field.frame(), b.field.frame());
+    const glm::ivec3 in_a = offsetBetween(arguments, a.field.frame(), b.field.frame());
     const bool flux = a.has_direction && b.has_direction && a.field.channels().flux && b.field.channels().flux;
     if (a.field.channels().irradiance != b.field.channels().irradiance) {
         throw Error(ErrorCode::Input,
@@ -87,9 +89,10 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
                     arguments.a + ", " + arguments.b);
     }
     std::optional<LightVolume> sigma;
+    glm::ivec3 in_sigma{0};
     if (!arguments.standard_error.empty()) {
         sigma.emplace(readVdb(arguments.standard_error));
-        checkSameLattice(arguments, sigma->field.frame(), b.field.frame());
+        in_sigma = offsetBetween(arguments, sigma->field.frame(), b.field.frame());
     }
 
     Difference light, flow;
@@ -97,18 +100,18 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     glm::ivec3 worst_voxel{0};
     const auto visit = [&](const glm::ivec3& voxel) {
         for (int c = 0; c < b.field.channels().irradiance; ++c) {
-            if (light.add(static_cast<double>(a.field.value(voxel, c)), static_cast<double>(b.field.value(voxel, c))))
+            if (light.add(static_cast<double>(a.field.value(voxel + in_a, c)), static_cast<double>(b.field.value(voxel, c))))
                 worst_voxel = voxel;
         }
         if (flux) {
-            const glm::dvec3 fa = a.field.flux(voxel), fb = b.field.flux(voxel);
+            const glm::dvec3 fa = a.field.flux(voxel + in_a), fb = b.field.flux(voxel);
             for (int c = 0; c < 3; ++c) flow.add(fa[c], fb[c]);
         }
-        if (sigma) scores.add(a.field.irradiance(voxel), b.field.irradiance(voxel), sigma->field.irradiance(voxel));
+        if (sigma) scores.add(a.field.irradiance(voxel + in_a), b.field.irradiance(voxel), sigma->field.irradiance(voxel + in_sigma));
     };
     forEachVoxel(b.field.needed(), visit);
     forEachVoxel(a.field.needed(), [&](const glm::ivec3& voxel) {
-        if (!b.field.needed().contains(voxel)) visit(voxel);
+        if (!b.field.needed().contains(voxel - in_a)) visit(voxel - in_a);
     });
 
     error = light.relativeL1();

@@ -18,6 +18,55 @@ namespace photic {
 namespace {
 constexpr std::size_t kHugePage = std::size_t{2} << 20;
 constexpr std::size_t kChunk = std::size_t{64} << 20;
+
+// Mappings of fields that are gone, for the next frame's: a third of a bake's time is the system clearing fresh pages.
+class SpareMappings {
+public:
+    ~SpareMappings() {
+        for (const Mapping& m : spare_) unmap(m);
+    }
+
+    void* take(std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        for (std::size_t i = spare_.size(); i-- > 0;) {
+            if (spare_[i].bytes != bytes) continue;
+            void* address = spare_[i].address;
+            spare_.erase(spare_.begin() + static_cast<std::ptrdiff_t>(i));
+            held_ -= bytes;
+            return address;
+        }
+        return nullptr;
+    }
+
+    void give(void* address, std::size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        if (held_ + bytes > kMostHeld) return unmap({address, bytes});
+        spare_.push_back({address, bytes});
+        held_ += bytes;
+    }
+
+private:
+    static constexpr std::size_t kMostHeld = std::size_t{512} << 20;
+    struct Mapping {
+        void* address;
+        std::size_t bytes;
+    };
+    static void unmap(const Mapping& m) {
+#ifdef PHOTIC_HAS_MMAP
+        munmap(m.address, m.bytes);
+#else
+        ::operator delete(m.address, std::align_val_t{64});
+#endif
+    }
+    std::mutex mutex_;
+    std::vector<Mapping> spare_;
+    std::size_t held_ = 0;
+};
+
+SpareMappings& spareMappings() {
+    static SpareMappings mappings;
+    return mappings;
+}
 }  // namespace
 
 LeafArena::LeafArena(std::size_t item_bytes, std::int64_t max_items) : item_bytes_(item_bytes) {
@@ -27,11 +76,7 @@ LeafArena::LeafArena(std::size_t item_bytes, std::int64_t max_items) : item_byte
 
 LeafArena::~LeafArena() {
     for (Chunk* c : chunks_) {
-#ifdef PHOTIC_HAS_MMAP
-        munmap(c->mapping, c->mapped_bytes);
-#else
-        ::operator delete(c->mapping, std::align_val_t{64});
-#endif
+        spareMappings().give(c->mapping, c->mapped_bytes);
         delete c;
     }
 }
@@ -44,18 +89,22 @@ LeafArena::Chunk* LeafArena::addChunk() {
     // A huge page needs its own alignment: map one more and start at the border.
     const bool huge = wanted >= kHugePage;
     chunk->mapped_bytes = wanted + (huge ? kHugePage : 0);
-    chunk->mapping = mmap(nullptr, chunk->mapped_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    chunk->mapping = spareMappings().take(chunk->mapped_bytes);
+    chunk->fresh = chunk->mapping == nullptr;
+    if (chunk->fresh)
+        chunk->mapping = mmap(nullptr, chunk->mapped_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     const bool failed = chunk->mapping == MAP_FAILED;
     if (!failed) {
         auto address = reinterpret_cast<std::uintptr_t>(chunk->mapping);
         if (huge) address = (address + kHugePage - 1) & ~(kHugePage - 1);
         chunk->base = reinterpret_cast<std::byte*>(address);
 #ifdef MADV_HUGEPAGE
-        if (huge) madvise(chunk->base, wanted, MADV_HUGEPAGE);   // advice only: small pages work too
+        if (huge && chunk->fresh) madvise(chunk->base, wanted, MADV_HUGEPAGE);   // advice only: small pages work too
 #endif
     }
 #else
     chunk->mapped_bytes = wanted;
+    chunk->fresh = false;
     chunk->mapping = ::operator new(wanted, std::align_val_t{64}, std::nothrow);
     const bool failed = chunk->mapping == nullptr;
     chunk->base = static_cast<std::byte*>(chunk->mapping);
@@ -84,15 +133,11 @@ void* LeafArena::allocate(bool& zeroed) {
             return item;
         }
     }
-#ifdef PHOTIC_HAS_MMAP
-    zeroed = true;
-#else
-    zeroed = false;
-#endif
     for (;;) {
         Chunk* chunk = current_.load(std::memory_order_acquire);
         if (chunk) {
             const std::size_t i = chunk->next.fetch_add(1, std::memory_order_relaxed);
+            zeroed = chunk->fresh;
             if (i < chunk->items) return chunk->base + i * item_bytes_;
         }
         const std::lock_guard lock(mutex_);

@@ -50,6 +50,29 @@ glm::dvec2 shearAlongLight(const Scene& scene) {
     return glm::dvec2(direction) / direction.z;
 }
 
+int floorDiv(int a, int b) { return a / b - (a % b != 0 && (a < 0) != (b < 0)); }
+
+// How far to move the indices along an axis, 0..7, so that the bands around receivers that lie across it fill the fewest leaves:
+// a thin band that straddles two rows of leaves costs twice the memory and nearly twice the time.
+int leafOffset(const Scene& scene, const GridFrame& frame, int axis) {
+    int best = 0, fewest = 0;
+    for (int offset = 0; offset < 8; ++offset) {
+        int leaves = 0;
+        for (const Object& object : scene.objects) {
+            const Plane* plane = std::get_if<Plane>(&object.shape);
+            if (!plane || !object.receives()) continue;
+            const glm::dvec3 m = glm::transpose(frame.world_from_index) * plane->normal;
+            if (std::fabs(m[axis]) < (1 - kTolerance) * glm::length(m)) continue;
+            const double middle = glm::dot(plane->normal, plane->point - frame.origin_world) / m[axis], band = scene.bake.band;
+            const int low = std::max(static_cast<int>(std::ceil(middle - band - kTolerance)), frame.min[axis]);
+            const int high = std::min(static_cast<int>(std::floor(middle + band + kTolerance)), frame.max[axis]);
+            if (low <= high) leaves += floorDiv(high + offset, 8) - floorDiv(low + offset, 8) + 1;
+        }
+        if (offset == 0 || leaves < fewest) best = offset, fewest = leaves;
+    }
+    return best;
+}
+
 // A voxel size with two significant digits, rounded up.
 double roundedUp(double size) {
     const double unit = std::pow(10.0, std::floor(std::log10(size)) - 1);
@@ -102,6 +125,12 @@ GridFrame sceneFrame(const Scene& scene) {
                         fmt::format("the domain's {} side lies {:.3g} voxels from the origin, more than {:.3g}; move the scene closer to it",
                                     "xyz"[a], std::max(std::fabs(first[a]), std::fabs(last[a])), kMaxIndex), scene.file);
     frame.min = glm::ivec3(first), frame.max = glm::ivec3(last);
+    if (scene.bake.where == Where::Receivers) {
+        glm::ivec3 offset;
+        for (int a = 0; a < 3; ++a) offset[a] = leafOffset(scene, frame, a);
+        frame.min += offset, frame.max += offset;
+        frame.origin_world -= frame.world_from_index * glm::dvec3(offset);
+    }
     return frame;
 }
 

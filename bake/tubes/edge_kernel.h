@@ -69,7 +69,8 @@ using EdgeKernel = void (*)(const TubeSet&, const std::uint32_t* blocks, int blo
 /// Turns changes along u into densities: one running sum per row.
 using SumKernel = void (*)(TileSums&);
 
-/// Copies 8 x 8 columns x 8 lanes out of a tile whose w is the grid's z, into leaf order (u, v, lane), all channels,
+/// Copies 8 x 8 columns x 8 lanes out of a tile whose w is the grid's z, into leaf order (u, v, lane), all channels, 0 where
+/// lanes from `first_lane` on are not the tile's,
 /// times `scale`; voxels whose irradiance is below `floor` (rounding of the running sums) become 0 in all channels.
 /// @param u, v  the leaf's first voxel; out: channels x 512 @return whether any value is not 0
 using LeafKernel = bool (*)(const TileSums&, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,

@@ -51,9 +51,12 @@ inline F8 fluxBound(const V8Flux& f, F8 irradiance) {
 inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
                      float* out) {
     alignas(32) std::int32_t index[8];
+    // Layers of the leaf that the tile does not hold stay 0.
+    F8 held = {};
     const int stride = tile.cellStride();
     for (int l = 0; l < 8; ++l) {
-        const int lane = first_lane + l;
+        const int lane = first_lane + l < 0 ? 0 : first_lane + l < tile.active_lanes ? first_lane + l : tile.active_lanes - 1;
+        held[l] = lane == first_lane + l ? 1.0f : 0.0f;
         index[l] = (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;
     }
     F8 any = {};
@@ -68,7 +71,7 @@ inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irr
 #else
                 for (int l = 0; l < 8; ++l) value[k][l] = column[k * tile.lanes + index[l]];
 #endif
-                value[k] = value[k] * scale;
+                value[k] = value[k] * (scale * held);
                 if (k < irradiance_channels) keep = keep + value[k];
             }
             const auto lit = keep > floor;

@@ -215,8 +215,7 @@ private:
         const float floor = static_cast<float>(options_.noise_floor * irradiance);
         forEachLeaf(tile, sums, slab, [&](int slot, int u, int v, int w) {
             const int lane = w - slab.first;
-            const bool whole = set_.axis == 2 && lane >= 0 && lane + 8 <= slab.active;
-            const bool any = whole ? kernels.leaf(sums, u, v, lane, irradiance, scale_, floor, values)
+            const bool any = set_.axis == 2 ? kernels.leaf(sums, u, v, lane, irradiance, scale_, floor, values)
                                    : copyLeafSlowly(sums, u, v, lane, slab.active, floor, values);
             if (!any) return;
             if (slot < 0 || !field_.needed().leafFull(slot)) dropUnneeded(slot, glm::ivec3(u, v, w), values, totals);
@@ -231,7 +230,7 @@ private:
         });
     }
 
-    // As LeafKernel, for any axis and for slabs that hold only some of the leaf's layers.
+    // As LeafKernel, for the other axes.
     bool copyLeafSlowly(const TileSums& sums, int u, int v, int first_lane, int active, float floor, float* out) const {
         const int shift[3] = {6, 3, 0};
         const int irradiance = field_.channels().irradiance;

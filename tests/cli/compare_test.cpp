@@ -61,7 +61,7 @@ TEST(Compare, VolumesAreComparedVoxelByVoxel) {
     EXPECT_LT(document["error"].get<double>(), 5e-4);
     EXPECT_NEAR(document["irradiance"]["energy_ratio"].get<double>(), 1, 1e-4);
 
-    // A band is the whole volume with most voxels missing: the union counts them.
+    // A band is the whole volume with most voxels missing, numbered by its own leaves: the union counts them.
     const auto band = photic(place, {"compare", "band.vdb", "full.vdb", "--json"}).json();
     EXPECT_EQ(band["count"], document["count"]);
     EXPECT_LT(band["irradiance"]["energy_ratio"].get<double>(), 0.5);

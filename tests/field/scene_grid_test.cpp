@@ -139,15 +139,35 @@ TEST(SceneNeededVoxels, AFloorGetsExactlyTwiceTheBand) {
     Scene scene = poolScene();
     scene.bake.where = Where::Receivers;
     scene.objects.push_back(plane({0, 0, -0.5}, {0, 0, 1}));
-    const GridFrame frame = sceneFrame(scene);
     Monitor monitor;
     for (const int band : {1, 2, 5}) {
         scene.bake.band = band;
+        const GridFrame frame = sceneFrame(scene);
         const auto needed = sceneNeededVoxels(scene, frame, monitor);
         EXPECT_EQ(needed.count(), 128 * 128 * 2 * band);
-        EXPECT_TRUE(needed.contains({3, 4, -32 - band}));
-        EXPECT_TRUE(needed.contains({3, 4, -33 + band}));
-        EXPECT_FALSE(needed.contains({3, 4, -33 - band}));
+        // The floor lies between two layers.
+        const glm::dvec3 above = frame.indexFromWorld({0.1, 0.2, -0.5 + 0.5 * scene.domain.voxel_size});
+        const glm::ivec3 first(glm::round(above));
+        EXPECT_NEAR(above.z, first.z, 1e-9);
+        EXPECT_TRUE(needed.contains(first + glm::ivec3(0, 0, band - 1)));
+        EXPECT_FALSE(needed.contains(first + glm::ivec3(0, 0, band)));
+        EXPECT_TRUE(needed.contains(first - glm::ivec3(0, 0, band)));
+        EXPECT_FALSE(needed.contains(first - glm::ivec3(0, 0, band + 1)));
+    }
+}
+
+TEST(SceneNeededVoxels, AThinBandFillsOneRowOfLeavesAndItsVoxelsStayInPlace) {
+    Scene scene = poolScene();
+    const GridFrame everything = sceneFrame(scene);
+    scene.bake.where = Where::Receivers, scene.bake.band = 2;
+    Monitor monitor;
+    for (const double depth : {-0.5, -0.47, -0.61}) {
+        scene.objects = {plane({0, 0, depth}, {0, 0, 1})};
+        const GridFrame frame = sceneFrame(scene);
+        EXPECT_EQ(sceneNeededVoxels(scene, frame, monitor).leafCount(), 16 * 16);
+        const glm::dvec3 moved = frame.worldFromIndex(frame.min) - everything.worldFromIndex(everything.min);
+        EXPECT_LT(glm::length(moved), 1e-12);
+        EXPECT_EQ(frame.size(), everything.size());
     }
 }
 
