@@ -66,6 +66,7 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
     const GridSet& grids = scene.bake.grids;
     LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {}, {}};
     if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
+    if (grids.arrival_time && result.arrival_time) volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
     if (grids.density) volume.scalars.emplace("density", mediumDensity(scene, volume.field.neededPtr()));
     volume.metadata = {{"version", "1"},
                        {"program", std::string("photic ") + kVersion},
@@ -80,6 +81,13 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
                        {"frame", fmt::format("{}", scene.frame)},
                        {"ledger", dump(ledgerJson(result.report))},
                        {"scene_hash", hash}};
+    for (const auto& [name, text] : result.metadata) {
+        if (text.empty()) {
+            volume.metadata.erase(name);
+        } else {
+            volume.metadata[name] = text;
+        }
+    }
     return volume;
 }
 

@@ -298,7 +298,8 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
         for (const auto& grid : grids) {
             grid->setTransform(transform);
             grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-            grid->setSaveFloatAsHalf(options.half);
+            // Ten bits would leave millimetres of an arrival time.
+            grid->setSaveFloatAsHalf(options.half && grid->getName() != format::kArrivalTime);
             for (auto it = meta.beginMeta(); it != meta.endMeta(); ++it) grid->insertMeta(it->first, *it->second);
         }
         SeekableArchive archive;

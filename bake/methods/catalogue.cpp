@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "bake/methods/beams.h"
+#include "bake/methods/eikonal.h"
 #include "bake/methods/photons.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
@@ -16,6 +17,7 @@ std::span<const Method> methodCatalogue() {
     static const std::vector<Method> rows{
         beamsMethod(),
         photonsMethod(),
+        eikonalMethod(),
     };
     return rows;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,6 +37,10 @@ struct BakeResult {
     std::optional<LightField> path_count;
     /// The `caustic` grid: one channel, the method's own indicator.
     std::optional<LightField> caustic;
+    /// The `arrival_time` grid: one channel [m of optical path].
+    std::optional<LightField> arrival_time;
+    /// What the method has to say of its grids, without the `photic:` prefix; an empty text removes what the program would say.
+    std::map<std::string, std::string> metadata;
 };
 
 /// One row of the catalogue.

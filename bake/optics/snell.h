@@ -15,6 +15,14 @@ struct Interface {
     double transmittance = 0;  ///< unpolarised power transmittance, (Ts + Tp)/2; 0 at total reflection
 };
 
+/// Power transmittance of an interface for unpolarised light, (Ts + Tp)/2 (Born and Wolf, section 1.5).
+/// @param cos_i, cos_t  of the angles of incidence and of refraction, > 0
+inline double fresnelTransmittance(double cos_i, double cos_t, double ior_from, double ior_to) {
+    const double r_s = (ior_from * cos_i - ior_to * cos_t) / (ior_from * cos_i + ior_to * cos_t);
+    const double r_p = (ior_to * cos_i - ior_from * cos_t) / (ior_to * cos_i + ior_from * cos_t);
+    return 1.0 - 0.5 * (r_s * r_s + r_p * r_p);
+}
+
 /// Snell's law and Fresnel's equations for unpolarised light (Born and Wolf, section 1.5).
 ///
 /// @param direction  unit, of travel
@@ -29,9 +37,7 @@ inline Interface interfaceAt(const glm::dvec3& direction, const glm::dvec3& norm
     if (cos2_t <= 0.0) return out;
     const double cos_t = std::sqrt(cos2_t);
     out.refracted = eta * direction + (eta * cos_i - cos_t) * normal;
-    const double r_s = (ior_from * cos_i - ior_to * cos_t) / (ior_from * cos_i + ior_to * cos_t);
-    const double r_p = (ior_to * cos_i - ior_from * cos_t) / (ior_to * cos_i + ior_from * cos_t);
-    out.transmittance = 1.0 - 0.5 * (r_s * r_s + r_p * r_p);
+    out.transmittance = fresnelTransmittance(cos_i, cos_t, ior_from, ior_to);
     return out;
 }
 

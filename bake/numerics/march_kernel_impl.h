@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// The marching of one block, eight cells side by side. Included by one translation unit per instruction set, which
+// defines PHOTIC_ISA: everything has internal linkage, so that no inline function of one is linked into another.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+
+#include "bake/numerics/double_lanes.h"
+#include "bake/numerics/march_kernel.h"
+
+namespace photic::PHOTIC_ISA {
+namespace {
+
+constexpr int kMaxSweeps = 200;
+
+/// An upwind difference along one axis: the nearer neighbour's value, and what the quadratic sees of the axis.
+struct Upwind {
+    Lanes near, value, weight;
+};
+
+inline void upwind(const double* c, int step, bool second_order, Upwind& out) {
+    const Lanes m1 = load(c - step), m2 = load(c - 2 * step), p1 = load(c + step), p2 = load(c + 2 * step);
+    const LaneMask low = m1 <= p1;
+    out.near = low ? m1 : p1;
+    const Lanes far = low ? m2 : p2, one = Lanes{} + 1.0;
+    const LaneMask second = (far <= out.near) & (out.near < kUnreached) & (LaneMask{} - std::int64_t{second_order});
+    out.value = second ? (4 * out.near - far) * (1.0 / 3) : out.near;
+    out.weight = second ? one * 2.25 : one;
+}
+
+inline void sort(Upwind& a, Upwind& b) {
+    const LaneMask swap = b.near < a.near;
+    const Upwind low{swap ? b.near : a.near, swap ? b.value : a.value, swap ? b.weight : a.weight};
+    b = {swap ? a.near : b.near, swap ? a.value : b.value, swap ? a.weight : b.weight};
+    a = low;
+}
+
+/// The largest T with sum of weight (T - value)^2 = s^2 over the axes that lie upwind of it. `slope` is half of the
+/// quadratic's derivative there: the sum of weight (T - value).
+inline void solveUpwind(Upwind& a, Upwind& b, Upwind& c, const Lanes& s, Lanes& t, Lanes& slope) {
+    sort(a, b), sort(b, c), sort(a, b);
+    // Relative to the first axis' value: T is found to the precision of the differences.
+    const Lanes zero{}, one_weight = zero + 1.0;
+    const Lanes one = s * (a.weight > 1 ? one_weight * (2.0 / 3) : one_weight);
+    const Lanes db = b.value - a.value, dc = c.value - a.value;
+    const Lanes sum2 = a.weight + b.weight, lin2 = b.weight * db, quad2 = lin2 * db;
+    const Lanes disc2 = lin2 * lin2 - sum2 * (quad2 - s * s);
+    const Lanes sum3 = sum2 + c.weight, lin3 = lin2 + c.weight * dc;
+    const Lanes disc3 = lin3 * lin3 - sum3 * (quad2 + c.weight * dc * dc - s * s);
+    const Lanes root2 = squareRoot(most(disc2, zero)), root3 = squareRoot(most(disc3, zero));
+    // Weights are 1 or 9/4: selections are faster than a division.
+    const Lanes inverse2 = sum2 > 4 ? one_weight / 4.5 : sum2 > 3 ? one_weight / 3.25 : one_weight / 2;
+    const Lanes inverse3 = sum3 > 6   ? one_weight / 6.75
+                           : sum3 > 5 ? one_weight / 5.5
+                           : sum3 > 4 ? one_weight / 4.25
+                                      : one_weight / 3;
+    const LaneMask take2 = (a.value + one > b.near) & (disc2 >= 0);
+    const Lanes two = take2 ? (lin2 + root2) * inverse2 : one;
+    const LaneMask take3 = take2 & (a.value + two > c.near) & (disc3 >= 0);
+    t = a.value + (take3 ? (lin3 + root3) * inverse3 : two);
+    t = t < kUnreached ? t : zero + kUnreached;
+    slope = take3 ? root3 : take2 ? root2 : a.weight * one;
+}
+
+/// What a row of eight cells would be, its surroundings held: the upwind update of each cell, how far it moves, and its
+/// derivatives by the nearer and the further cell of the row, where those lie upwind towards lower or higher x.
+/// Cells that were not reached yet, or are fixed, have no part in the last three.
+struct RowUpdate {
+    alignas(64) double value[8], moves[8], near_low[8], far_low[8], near_high[8], far_high[8];
+    // Newton's corrections along the row in either direction, with zeros before the first and after the last.
+    alignas(64) double low[10] = {}, high[10] = {};
+};
+
+/// For the cells from `first` on that fit a register.
+inline void upwindLanes(const double* __restrict row, const double* __restrict row_cost, bool second_order, int first,
+                        RowUpdate& __restrict out) {
+    const double *t = row + first, *cost = row_cost + first;
+    Upwind x, y, z;
+    upwind(t, 1, second_order, x), upwind(t, kPitch, second_order, y), upwind(t, kRows * kPitch, second_order, z);
+    const Lanes s = load(cost), old = load(t), below = load(t - 1), above = load(t + 1);
+    Lanes value, slope;
+    const Upwind along = x;
+    solveUpwind(x, y, z, s, value, slope);
+    const Lanes zero{}, part = along.weight * (value - along.value);
+    const LaneMask reached = (old < kUnreached) & (value < kUnreached);
+    // An extrapolated neighbour can lie past the cell: shares outside of [0, 1] would not converge.
+    const LaneMask counts = reached & (value > along.near) & (part > 0);
+    const Lanes share = counts ? part / (part < slope ? slope : part) : zero;
+    const LaneMask second = along.weight > 1, low = below <= above;
+    const Lanes near = second ? 4.0 / 3 * share : share, far = second ? -1.0 / 3 * share : zero;
+    const Lanes move = reached ? value - old : zero, limited = move < s ? move : s;
+    const Lanes moves = limited > -s ? limited : -s;
+    store(out.value + first, value), store(out.moves + first, moves);
+    store(out.near_low + first, low ? near : zero), store(out.far_low + first, low ? far : zero);
+    store(out.near_high + first, low ? zero : near), store(out.far_high + first, low ? zero : far);
+}
+
+/// Newton's method along a row, whose cells depend on each other: the moves d solve d = F - T + F_1 d_1 + F_2 d_2, lane
+/// by lane in the direction of travel. Without it information would pass one cell an update.
+void solveAlongRow(RowUpdate& row) {
+    double lows = 0, highs = 0;
+    for (int l = 0; l < BlockGrid::kSide; ++l) lows += row.near_low[l], highs += row.near_high[l];
+    if (lows > 0) {
+        double near = 0, far = 0;
+        for (int l = 0; l < BlockGrid::kSide; ++l) {
+            const double d = (row.moves[l] + row.far_low[l] * far) + row.near_low[l] * near;
+            row.low[l + 2] = d, far = near, near = d;
+        }
+    }
+    if (highs > 0) {
+        double near = 0, far = 0;
+        for (int l = BlockGrid::kSide - 1; l >= 0; --l) {
+            const double d = (row.moves[l] + row.far_high[l] * far) + row.near_high[l] * near;
+            row.high[l] = d, far = near, near = d;
+        }
+    }
+}
+
+/// Stores a row with its corrections; per lane, the earlier of old and new value where it changed. Returns the lanes
+/// that changed, and the largest change.
+std::int64_t replaceRow(double* __restrict t, const RowUpdate& __restrict row, double tolerance, double settled,
+                        double* __restrict earliest, std::int64_t& __restrict unsettled) {
+    std::int64_t moved = 0, rough = 0;
+    for (int l = 0; l < BlockGrid::kSide; ++l) {
+        const double fresh = row.value[l] + (row.near_low[l] * row.low[l + 1] + row.far_low[l] * row.low[l]) +
+                             (row.near_high[l] * row.high[l + 1] + row.far_high[l] * row.high[l + 2]);
+        const double change = std::fabs(fresh - t[l]);
+        const double low = fresh < t[l] ? fresh : t[l];
+        earliest[l] = change > tolerance ? low : 2 * kUnreached;
+        moved |= change > tolerance ? std::int64_t{1} << l : 0;
+        rough += change > settled ? 1 : 0;
+        t[l] = fresh;
+    }
+    unsettled = rough;
+    return moved;
+}
+
+/// Which of the rows at y - 1, y + 1, y - 2, y + 2, z - 1, z + 1, z - 2, z + 2 have a cell after the change beside it.
+unsigned dependentRows(const double* __restrict t, const double* __restrict earliest) {
+    constexpr int y = kPitch, z = kRows * kPitch;
+    constexpr int offsets[8] = {-y, y, -2 * y, 2 * y, -z, z, -2 * z, 2 * z};
+    unsigned rows = 0;
+    for (int n = 0; n < 8; ++n) {
+        const double* row = t + offsets[n];
+        std::int64_t count = 0;
+        for (int l = 0; l < BlockGrid::kSide; ++l) count += row[l] > earliest[l] ? 1 : 0;
+        rows |= (count != 0 ? 1u : 0u) << n;
+    }
+    return rows;
+}
+
+/// A row is due once the front has come to `key`.
+void due(LocalBlock& b, int bit, double key) {
+    b.key[bit] = std::min(b.key[bit], key);
+    if (key <= b.limit) b.dirty |= std::uint64_t{1} << bit;
+}
+
+void leave(LocalBlock& b, std::size_t face, int bit, double key) {
+    b.leaving[face] |= std::uint64_t{1} << bit;
+    b.leaving_key[face][bit] = std::min(b.leaving_key[face][bit], key);
+}
+
+void advanceRow(LocalBlock& b, int bit) {
+    const int y = bit & 7, z = bit >> 3, reach = b.second_order ? 2 : 1;
+    double* t = b.t + LocalBlock::row(y, z);
+    const double* cost = b.cost + (b.varies ? bit * 8 : 0);
+    RowUpdate row;
+    for (int l = 0; l < BlockGrid::kSide; l += kLanes) upwindLanes(t, cost, b.second_order, l, row);
+    if (const std::uint8_t fixed = b.fixed[bit]; fixed != 0)
+        for (int l = 0; l < BlockGrid::kSide; ++l)
+            if (fixed >> l & 1) {
+                row.value[l] = t[l], row.moves[l] = 0;
+                row.near_low[l] = row.far_low[l] = row.near_high[l] = row.far_high[l] = 0;
+            }
+    solveAlongRow(row);
+    alignas(64) double earliest[8];
+    std::int64_t unsettled = 0;
+    const std::int64_t moved = replaceRow(t, row, b.tolerance, b.settled, earliest, unsettled);
+    if (moved == 0) return;
+    b.changed |= std::uint64_t{1} << bit;
+    const double least = *std::min_element(earliest, earliest + 8);
+    // Newton squares the error: after a small move the row need not be looked at again for its own sake.
+    if (unsettled != 0) due(b, bit, least);
+    const unsigned dependent = dependentRows(t, earliest) & (reach == 2 ? 0xffu : 0x33u);
+    for (unsigned rest = dependent; rest != 0; rest &= rest - 1) {
+        const int n = std::countr_zero(rest), step = (n & 2 ? 2 : 1) * (n & 1 ? 1 : -1);
+        const int ny = n < 4 ? y + step : y, nz = n < 4 ? z : z + step;
+        const int at = (nz & 7) << 3 | (ny & 7);
+        if (ny < 0)
+            leave(b, 2, at, least);
+        else if (ny > 7)
+            leave(b, 3, at, least);
+        else if (nz < 0)
+            leave(b, 4, at, least);
+        else if (nz > 7)
+            leave(b, 5, at, least);
+        else
+            due(b, at, least);
+    }
+    if (moved & ((1 << reach) - 1)) leave(b, 0, bit, least);
+    if (moved >> (8 - reach)) leave(b, 1, bit, least);
+}
+
+/// Sweeps over the rows that are due, each time in another direction, until none is.
+void solveBlock(LocalBlock& b) {
+    std::fill_n(b.leaving, 6, 0u);
+    for (auto& keys : b.leaving_key) std::fill_n(keys, 64, kNever);
+    b.changed = 0, b.updates = 0, b.dirty = 0;
+    for (int bit = 0; bit < 64; ++bit) b.dirty |= std::uint64_t{b.key[bit] <= b.limit} << bit;
+    for (int sweep = 0; b.dirty != 0 && sweep < kMaxSweeps; ++sweep) {
+        const int flip = (sweep & 1 ? 7 << 3 : 0) | (sweep & 2 ? 7 : 0);
+        for (int i = 0; i < 64; ++i) {
+            const int bit = i ^ flip;
+            if (!(b.dirty >> bit & 1)) continue;
+            b.dirty &= ~(std::uint64_t{1} << bit);
+            b.key[bit] = kNever;
+            ++b.updates;
+            advanceRow(b, bit);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace photic::PHOTIC_ISA
