@@ -15,6 +15,18 @@ void prefilterForTrilinear(LightField& field);
 /// Restores |flux| <= mean irradiance (rounding, filters).
 void restoreFluxBound(LightField& field);
 
+/// a * max(0, s v)^b on a `caustic` grid [Mercier 2014, section 4.1]: with b > 1 high values stand out, with b < 1 low ones.
+/// @param sign  s: -1 where light converges at negative values, as for a front's curvature; 1 otherwise
+void sharpenCaustic(LightField& caustic, double a, double b, double sign);
+
+/// The paper's height threshold [Mercier 2014, section 3.3]: where first arrivals have met, light cannot spread again. Below
+/// the plane z = `threshold` [m] each layer of a `caustic` grid is a step of a wave equation u_tt = c^2 lap u in x and y
+/// that starts at rest from the layer above it, and what is negative is cut.
+///
+/// @param speed  c [voxels a layer], at most 0.7 (stability: 1 / sqrt 2)
+/// @throws Error{Input} for a sheared grid or a speed that is not stable
+void dissipateCaustic(LightField& caustic, double threshold, double speed);
+
 /// Turns leaves whose voxels agree within `relative` of their largest irradiance into Constant (their mean), and leaves whose
 /// irradiance is everywhere at most `threshold` [W/m2] into Empty. Returns the number of leaves changed.
 int collapseConstantLeaves(LightField& field, double relative, double threshold);

@@ -96,6 +96,11 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     if (marching) {
         bakeByMarching(scene, front, options, fields, report, monitor);
         report.seconds.emplace_back("marching", lap());
+        if (mercier && fields.caustic && options.threshold < 1) {
+            const double level = front.surface().center.z, bottom = frame.worldFromIndex(glm::dvec3(frame.min)).z;
+            dissipateCaustic(*fields.caustic, level + options.threshold * (bottom - level), options.dissipation_speed);
+            report.seconds.emplace_back("dissipation", lap());
+        }
     } else {
         bakeByFootPoints(scene, front, caustics ? &*caustics : nullptr, options.beyond, fields, monitor);
         report.seconds.emplace_back("foot points", lap());

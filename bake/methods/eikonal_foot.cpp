@@ -75,7 +75,9 @@ private:
                                    inverse * (corner.z - layer.foot_z[at]));
                 double share = 1;
                 if (lit) {
-                    share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], 1e-4);
+                    // A voxel is no point: its mean stays bounded where the rays of its centre meet.
+                    const double least = 0.5 * step.x * inverse;
+                    share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
                     if (past && beyond_ == EikonalBeyond::Dark) continue;
                 }
                 double mean = 0;

@@ -1,11 +1,201 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
 #include "bake/methods/eikonal_front.h"
+#include "bake/methods/eikonal_grid.h"
+#include "bake/methods/eikonal_mercier.h"
+#include "bake/numerics/amplitude_transport.h"
+#include "bake/numerics/wavefront_curvature.h"
 #include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
 
 namespace photic {
+namespace {
 
-void bakeByMarching(const Scene& scene, const EikonalFront&, const EikonalOptions&, EikonalFields&, BakeReport&, Monitor&) {
-    throw Error(ErrorCode::Input, "marching is on its way", scene.file);
+constexpr double kSeedDepth = 3;   // [cells] along the ray: the second-order stencil sees two on every axis
+constexpr int kStrip = 8;          // columns that are swept at each side, so that sheets of rays find each other
+
+/// Seeds by foot points: beside the surface, and in the ghost columns at the sides.
+class SurfaceSeeds {
+public:
+    SurfaceSeeds(const EikonalFront& front, EikonalGrid& grid) : front_(front), grid_(grid) {}
+
+    /// Cells close below the surface, down to the layer that is returned, where the transport of density starts.
+    /// @param shares  gets the irradiance of these layers in units of the sun's; empty when nobody asks
+    int besideSurface(std::vector<double>& density, std::vector<float>& shares) {
+        const EikonalGrid& g = grid_;
+        const double* c = front_.table().coefficients();
+        const double lowest = *std::min_element(c, c + std::ptrdiff_t(front_.table().countX()) * front_.table().countY());
+        const double h = g.spacing;
+        int last = g.size.z - 1;
+        PointLayers points = layersFrom({0, 0}, {g.size.x, g.size.y});
+        sweepFootPoints(front_.front(), points, [&](int k, const FootPointLayer& layer) {
+            const int z = g.size.z - 1 - k;
+            last = z;
+            const bool final = g.centre({0, 0, z}).z < lowest - (kSeedDepth + 1) * h || z == 0;
+            parallelFor(g.size.y, [&](std::int64_t j) {
+                for (int i = 0; i < g.size.x; ++i) {
+                    const glm::ivec3 cell(i, int(j), z);
+                    const std::size_t at = layer.at(std::size_t(i), std::size_t(j));
+                    if (layer.arrival[at] >= FootPointLayer::kAboveSurface) grid_.freeze(cell, kUnreached);
+                    else if (layer.distance[at] <= kSeedDepth * h) grid_.freeze(cell, layer.arrival[at]);
+                }
+            });
+            density.resize(std::size_t(g.size.x) * std::size_t(g.size.y));
+            if (!shares.empty()) fillShares(z, layer, density, shares);
+            if (!final) return true;
+            return false;
+        });
+        return last;
+    }
+
+    void atSides() {
+        const glm::ivec3 n = grid_.size;
+        for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(kStrip, n.y)}, {glm::ivec2(n.x - kStrip, 0), glm::ivec2(kStrip, n.y)},
+                                         {glm::ivec2(0, 0), glm::ivec2(n.x, kStrip)}, {glm::ivec2(0, n.y - kStrip), glm::ivec2(n.x, kStrip)}}) {
+            sweepFootPoints(front_.front(), layersFrom(low, count), [&, low = low, count = count](int k, const FootPointLayer& layer) {
+                for (int j = 0; j < count.y; ++j)
+                    for (int i = 0; i < count.x; ++i) {
+                        const glm::ivec3 cell(low.x + i, low.y + j, n.z - 1 - k);
+                        const double t = layer.arrival[layer.at(std::size_t(i), std::size_t(j))];
+                        if (grid_.isGhost(cell) && t < FootPointLayer::kAboveSurface) grid_.freeze(cell, t);
+                    }
+                return true;
+            });
+        }
+    }
+
+private:
+    void fillShares(int z, const FootPointLayer& layer, std::vector<double>& density, std::vector<float>& shares) const {
+        const EikonalGrid& g = grid_;
+        parallelFor(g.size.y, [&](std::int64_t j) {
+            for (int i = 0; i < g.size.x; ++i) {
+                const std::size_t at = layer.at(std::size_t(i), std::size_t(j)), flat = g.flat(glm::ivec3(i, int(j), z) + g.shift);
+                if (layer.arrival[at] >= FootPointLayer::kAboveSurface) continue;
+                const glm::dvec3 p = g.centre({i, int(j), z}), foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
+                const glm::dvec3 w = (p - foot) / layer.distance[at];
+                const double share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], 1e-3);
+                shares[flat] = static_cast<float>(share);
+                density[std::size_t(j) * std::size_t(g.size.x) + std::size_t(i)] = share * -w.z;
+            }
+        });
+    }
+
+    PointLayers layersFrom(glm::ivec2 low, glm::ivec2 count) const {
+        PointLayers p;
+        p.origin = grid_.centre({low, grid_.size.z - 1});
+        p.step_x = p.step_y = grid_.spacing, p.step_z = {0, 0, -grid_.spacing};
+        p.count_x = count.x, p.count_y = count.y, p.count_z = grid_.size.z;
+        return p;
+    }
+
+    const EikonalFront& front_;
+    EikonalGrid& grid_;
+};
+
+/// Carries the density of the first arrivals' power down layer by layer from `first`, and fills the irradiances below.
+void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, std::vector<float>& shares, Monitor& monitor) {
+    const auto count = std::size_t(g.size.x) * std::size_t(g.size.y);
+    std::vector<double> slope_x[2], slope_y[2], down(count);
+    for (int s = 0; s < 2; ++s) slope_x[s].resize(count), slope_y[s].resize(count);
+    const auto slopes = [&](int z, int into) {
+        parallelFor(g.size.y, [&](std::int64_t j) {
+            for (int i = 0; i < g.size.x; ++i) {
+                const glm::dvec3 w = g.directionAt({i, int(j), z});
+                const std::size_t at = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i);
+                const double fall = std::max(-w.z, 0.1);
+                slope_x[into][at] = w.x / fall, slope_y[into][at] = w.y / fall, down[at] = fall;
+            }
+        });
+    };
+    const auto keep = [&](int z) {
+        for (std::size_t c = 0; c < count; ++c) shares[std::size_t(z) * count + c] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
+    };
+    AmplitudeTransport transport(g.size.x, g.size.y);
+    slopes(first, 0);
+    for (int z = first - 1; z >= 0; --z) {
+        monitor.checkCancelled();
+        const int from = (first - 1 - z) % 2;
+        slopes(z, 1 - from);
+        transport.advance(density, slope_x[from], slope_y[from], slope_x[1 - from], slope_y[1 - from]);
+        keep(z);
+    }
+}
+
+}  // namespace
+
+void bakeByMarching(const Scene& scene, const EikonalFront& front, const EikonalOptions& options, EikonalFields& fields,
+                    BakeReport& report, Monitor& monitor) {
+    const NeededVoxels& needed = fields.light.needed();
+    const bool mercier = options.preset == EikonalPreset::Mercier;
+    EikonalGrid g(needed, front, scene.file);
+    std::vector<double> density;
+    std::vector<float> shares;
+    if (scene.bake.grids.irradiance && !mercier) shares.assign(std::size_t(g.size.x) * std::size_t(g.size.y) * std::size_t(g.size.z), 1.0f);
+    int first = g.size.z - 1;
+    monitor.progress("seeds", 0);
+    if (mercier) {
+        seedByVertices(front, options.vertex_spacing, g);
+        costsAtSides(front, g);
+    } else {
+        SurfaceSeeds seeds(front, g);
+        first = seeds.besideSurface(density, shares);
+        seeds.atSides();
+    }
+    monitor.progress("march", 0);
+    EikonalProblem problem;
+    problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(), problem.fixed = &g.fixed;
+    problem.order = mercier || options.order == 1 ? MarchingOrder::First : MarchingOrder::Second;
+    BlockMarchingOptions marching;
+    const std::vector<std::uint8_t> wanted = g.neededBlocks(needed);
+    marching.needed_blocks = wanted;
+    marching.progress = [&](double part) {
+        monitor.checkCancelled();
+        monitor.progress("march", part);
+    };
+    const BlockMarchingReport marched = marchBlocks(problem, marching, g.arrival);
+    if (!marched.converged) report.warnings.emplace_back("marching met its limit of rounds: some arrivals are rough");
+    if (marched.stopped_early) report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
+    fields.marked_bytes_a_voxel = double(g.bytes()) / double(std::max<std::int64_t>(1, needed.count()));
+
+    if (!shares.empty()) carryDensity(g, first, density, shares, monitor);
+    const glm::dvec3 sun = front.light().irradiance, extinction = scene.medium.extinction();
+    const int channels = fields.light.channels().irradiance;
+    const double level = front.surface().center.z;
+    wavefrontCurvature(problem, g.arrival, [&](int block, const FrontBlock& found) {
+        const glm::ivec3 origin = g.low + g.blocks.origin(block);
+        const int slot = needed.slotOf(glm::clamp(origin, needed.frame().min, needed.frame().max));
+        if (slot < 0 || needed.leafOrigin(slot) != origin) return;
+        float *light = nullptr, *caustic = nullptr, *arrival = nullptr;
+        for (int c = 0; c < BlockGrid::kCells; ++c) {
+            const glm::ivec3 in(c & 7, c >> 3 & 7, c >> 6), cell = g.blocks.origin(block) + in;
+            const int offset = NeededVoxels::offsetInLeaf(origin + in);
+            const double t = g.arrival[std::size_t(block) * BlockGrid::kCells + std::size_t(c)];
+            if (!NeededVoxels::maskBit(needed.mask(slot), offset) || !(t < kUnreached)) continue;
+            if (!light) {
+                light = fields.light.makeDense(slot);
+                if (fields.caustic) caustic = fields.caustic->makeDense(slot);
+                if (fields.arrival) arrival = fields.arrival->makeDense(slot);
+            }
+            const glm::dvec3 w(found.direction[0][c], found.direction[1][c], found.direction[2][c]);
+            if (caustic) caustic[offset] = static_cast<float>(mercier ? -found.curvature[c] : found.curvature[c]);
+            if (arrival) arrival[offset] = static_cast<float>(t);
+            const double share = shares.empty() ? 1.0 : double(shares[g.flat(cell)]);
+            const double path = std::max(0.0, (level - g.centre(cell).z) / std::max(-w.z, 0.1));
+            double mean = 0;
+            for (int k = 0; k < channels; ++k) {
+                const double e = share * sun[k] * std::exp(-extinction[k] * path);
+                light[k * LightField::kLeafVoxels + offset] = static_cast<float>(e);
+                mean += e / channels;
+            }
+            for (int a = 0; a < 3; ++a) light[(channels + a) * LightField::kLeafVoxels + offset] = static_cast<float>(mean * w[a]);
+        }
+    });
 }
 
 }  // namespace photic
