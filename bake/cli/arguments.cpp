@@ -29,7 +29,7 @@ struct PlannedVerb {
     std::string_view name, what;
 };
 constexpr PlannedVerb kPlannedVerbs[] = {
-    {"post", "filters on a baked volume"}, {"merge", "summing tiles and batches"}, {"view", "the viewer window"}};
+    {"merge", "summing tiles and batches"}, {"view", "the viewer window"}};
 
 /// "7" or "1-48".
 FrameRange parseFrames(const std::string& text) {
@@ -101,6 +101,8 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
         "Invert the blur of trilinear look-ups");
     app.add_option("--grids", a.grids, "Grids to write, comma-separated: irradiance, direction, caustic, density ...")
         ->delimiter(',');
+    app.add_option("--post", a.post, "A step on the caustic grid: sharpen=A,B or dissipate=Z,SPEED; may be repeated (photic post --help)")
+        ->allow_extra_args(false);
     app.add_option("--set", a.set, "METHOD.OPTION=VALUE, for instance beams.mesh=512; may be repeated")
         ->allow_extra_args(false);
     app.add_flag("!--f32", a.file.half, "Store 32-bit floats instead of half floats");
@@ -204,6 +206,7 @@ Verb parseArguments(int argc, const char* const* argv) {
     PictureArguments picture;
     ExportArguments atlas;
     MethodsArguments methods;
+    PostArguments post;
     std::string frames, compression = "mask", progress;
     int threads = 0;
 
@@ -234,7 +237,16 @@ Verb parseArguments(int argc, const char* const* argv) {
     export_app->add_option("-o,--output", atlas.output, "Atlas to write (.exr; the sidecar gets .json)")->required();
     CLI::App* methods_app = app.add_subcommand("methods", "List the bake methods and their options");
     methods_app->add_flag("--json", methods.json, "Print JSON on stdout");
-    for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app})
+    CLI::App* post_app = app.add_subcommand("post", "Sharpen or dissipate the caustic grid of a volume");
+    post_app->add_option("VOLUME", post.volume, "Light volume (.vdb) with a grid 'caustic'")->required();
+    post_app->add_option("-o,--output", post.output, "Volume to write")->required();
+    post_app->add_option("--step", post.steps,
+                         "sharpen=A,B: a * phi^b. dissipate=Z,SPEED: below the height Z [m] each layer is a step of a wave of "
+                         "SPEED voxels a layer. May be repeated; applied in order")
+        ->allow_extra_args(false);
+    post_app->add_flag("--as-light", post.as_light, "Make the caustic grid the irradiance, for pictures and readers that want light");
+    post_app->add_flag("!--f32", post.file.half, "Store 32-bit floats instead of half floats");
+    for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app, post_app})
         addProgress(*verb, progress, threads);
 
     std::vector<std::string> known;
@@ -261,6 +273,7 @@ Verb parseArguments(int argc, const char* const* argv) {
     if (compare_app->parsed()) return compare;
     if (picture_app->parsed()) return picture;
     if (export_app->parsed()) return atlas;
+    if (post_app->parsed()) return post;
     return methods;
 }
 

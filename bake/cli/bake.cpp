@@ -11,6 +11,7 @@
 
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/json.h"
+#include "bake/cli/post_steps.h"
 #include "bake/cli/verbs.h"
 #include "bake/cli/version.h"
 #include "bake/field/density.h"
@@ -143,7 +144,8 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
                         scene.file);
         }
     }
-    const Json settings = settingsJson(scene, method, arguments.file);
+    Json settings = settingsJson(scene, method, arguments.file);
+    if (!arguments.post.empty()) settings["post"] = arguments.post;
     const std::string hash = inputHash(scene, settings);
     Json document{{"schema", "photic-report-1"}, {"program", std::string("photic ") + kVersion},
                   {"scene", arguments.scene},    {"scene_hash", hash},
@@ -193,7 +195,8 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
         named.output = arguments.standard_error_file;
         writeStandardError(arguments, outputPath(named, frame_number), result, method, scene.referenceIrradiance());
     }
-    const LightVolume volume = makeVolume(scene, method, settings, hash, result);
+    LightVolume volume = makeVolume(scene, method, settings, hash, result);
+    applyPostSteps(arguments.post, volume);
     terminal.checkCancelled();
     terminal.progress("write", 0);
     report.active_voxels = writeVdb(output, volume, arguments.file);

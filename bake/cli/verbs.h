@@ -32,6 +32,14 @@ struct BakeArguments {
     std::optional<int> resolution, quadrature;
     std::optional<bool> prefilter;
     std::vector<std::string> grids;
+    std::vector<std::string> post;  ///< steps on the caustic grid (post_steps.h)
+};
+
+struct PostArguments {
+    std::string volume, output;
+    std::vector<std::string> steps;
+    bool as_light = false;
+    VdbOptions file;
 };
 
 struct InspectArguments {
@@ -81,7 +89,7 @@ struct MethodsArguments {
 struct NothingToDo {};
 
 using Verb = std::variant<NothingToDo, BakeArguments, InspectArguments, CompareArguments, PictureArguments,
-                          ExportArguments, MethodsArguments>;
+                          ExportArguments, MethodsArguments, PostArguments>;
 
 // Each runs one verb and returns its exit code; failures are thrown as photic::Error.
 int run(const BakeArguments& arguments, Terminal& terminal);
@@ -90,5 +98,6 @@ int run(const CompareArguments& arguments, Terminal& terminal);
 int run(const PictureArguments& arguments, Terminal& terminal);
 int run(const ExportArguments& arguments, Terminal& terminal);
 int run(const MethodsArguments& arguments, Terminal& terminal);
+int run(const PostArguments& arguments, Terminal& terminal);
 
 }  // namespace photic::cli

@@ -76,7 +76,7 @@ private:
                 double share = 1;
                 if (lit) {
                     // A voxel is no point: its mean stays bounded where the rays of its centre meet.
-                    const double least = 0.5 * step.x * inverse;
+                    const double least = std::min(0.2, 0.5 * step.x * inverse);
                     share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
                     if (past && beyond_ == EikonalBeyond::Dark) continue;
                 }

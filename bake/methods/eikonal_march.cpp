@@ -54,7 +54,8 @@ public:
         return last;
     }
 
-    void atSides() {
+    /// Ghost columns, all the way down, with their irradiances where `shares` asks for them.
+    void atSides(std::vector<float>& shares) {
         const glm::ivec3 n = grid_.size;
         for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(kStrip, n.y)}, {glm::ivec2(n.x - kStrip, 0), glm::ivec2(kStrip, n.y)},
                                          {glm::ivec2(0, 0), glm::ivec2(n.x, kStrip)}, {glm::ivec2(0, n.y - kStrip), glm::ivec2(n.x, kStrip)}}) {
@@ -63,7 +64,9 @@ public:
                     for (int i = 0; i < count.x; ++i) {
                         const glm::ivec3 cell(low.x + i, low.y + j, n.z - 1 - k);
                         const double t = layer.arrival[layer.at(std::size_t(i), std::size_t(j))];
-                        if (grid_.isGhost(cell) && t < FootPointLayer::kAboveSurface) grid_.freeze(cell, t);
+                        if (!grid_.isGhost(cell) || t >= FootPointLayer::kAboveSurface) continue;
+                        grid_.freeze(cell, t);
+                        if (!shares.empty()) shares[grid_.flat(cell + grid_.shift)] = shareAt(layer, layer.at(std::size_t(i), std::size_t(j)), cell);
                     }
                 return true;
             });
@@ -75,15 +78,21 @@ private:
         const EikonalGrid& g = grid_;
         parallelFor(g.size.y, [&](std::int64_t j) {
             for (int i = 0; i < g.size.x; ++i) {
-                const std::size_t at = layer.at(std::size_t(i), std::size_t(j)), flat = g.flat(glm::ivec3(i, int(j), z) + g.shift);
+                const std::size_t at = layer.at(std::size_t(i), std::size_t(j));
+                const glm::ivec3 cell(i, int(j), z);
                 if (layer.arrival[at] >= FootPointLayer::kAboveSurface) continue;
-                const glm::dvec3 p = g.centre({i, int(j), z}), foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
-                const glm::dvec3 w = (p - foot) / layer.distance[at];
-                const double share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], 1e-3);
-                shares[flat] = static_cast<float>(share);
-                density[std::size_t(j) * std::size_t(g.size.x) + std::size_t(i)] = share * -w.z;
+                const float share = shareAt(layer, at, cell);
+                shares[g.flat(cell + g.shift)] = share;
+                density[std::size_t(j) * std::size_t(g.size.x) + std::size_t(i)] =
+                    double(share) * (layer.foot_z[at] - g.centre(cell).z) / layer.distance[at];
             }
         });
+    }
+    /// Irradiance of the first arrival in units of the sun's.
+    float shareAt(const FootPointLayer& layer, std::size_t at, const glm::ivec3& cell) const {
+        const glm::dvec3 foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
+        const glm::dvec3 w = (grid_.centre(cell) - foot) / layer.distance[at];
+        return static_cast<float>(front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], 1e-3));
     }
 
     PointLayers layersFrom(glm::ivec2 low, glm::ivec2 count) const {
@@ -114,7 +123,13 @@ void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, 
         });
     };
     const auto keep = [&](int z) {
-        for (std::size_t c = 0; c < count; ++c) shares[std::size_t(z) * count + c] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
+        for (int j = 0; j < g.size.y; ++j)
+            for (int i = 0; i < g.size.x; ++i) {
+                const std::size_t c = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i), at = std::size_t(z) * count + c;
+                // What comes in from the sides is known.
+                if (g.isGhost({i, j, z})) density[c] = double(shares[at]) * down[c];
+                else shares[at] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
+            }
     };
     AmplitudeTransport transport(g.size.x, g.size.y);
     slopes(first, 0);
@@ -145,7 +160,7 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     } else {
         SurfaceSeeds seeds(front, g);
         first = seeds.besideSurface(density, shares);
-        seeds.atSides();
+        seeds.atSides(shares);
     }
     monitor.progress("march", 0);
     EikonalProblem problem;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/cli/bake_plan.h"
+#include "bake/cli/post_steps.h"
+#include "bake/cli/verbs.h"
+
+namespace photic::cli {
+
+int run(const PostArguments& arguments, Terminal& terminal) {
+    checkWritable(arguments.output);
+    terminal.progress("read", 0);
+    LightVolume volume = readVdb(arguments.volume);
+    terminal.checkCancelled();
+    terminal.progress("post", 0);
+    applyPostSteps(arguments.steps, volume);
+    if (arguments.as_light) causticAsLight(volume);
+    terminal.checkCancelled();
+    terminal.progress("write", 0);
+    writeVdb(arguments.output, volume, arguments.file);
+    terminal.progress("write", 1);
+    terminal.say(arguments.output + ": written");
+    return 0;
+}
+
+}  // namespace photic::cli

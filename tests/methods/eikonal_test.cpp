@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/eikonal.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+#include "tests/methods/photon_scenes.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/wave_light.h"
+
+namespace photic {
+namespace {
+
+using test_scenes::boxFrame;
+using test_scenes::CosineField;
+using test_scenes::waterScene;
+
+GivenOptions options(const std::vector<std::pair<std::string, OptionValue>>& given) {
+    GivenOptions all;
+    for (const auto& [name, value] : given) all[name] = {value, "test"};
+    return all;
+}
+const GivenOptions kMarching = options({{"solver", std::string("marching")}});
+
+BakeResult bake(Scene scene, const glm::dvec3& low, const glm::ivec3& size, double h, const GivenOptions& given = {}) {
+    scene.bake.grids = {true, true, true, true, false};
+    Monitor monitor;
+    const GridFrame frame = boxFrame(low, size, glm::dvec3(h));
+    return eikonalMethod().bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)), given, monitor);
+}
+
+/// Calls body(voxel) for all voxels with light.
+template <class Body>
+void forLit(const BakeResult& result, const Body& body) {
+    const GridFrame& f = result.field.frame();
+    for (int x = f.min.x; x <= f.max.x; ++x)
+        for (int y = f.min.y; y <= f.max.y; ++y)
+            for (int z = f.min.z; z <= f.max.z; ++z)
+                if (result.field.value({x, y, z}, 0) > 0) body(glm::ivec3(x, y, z));
+}
+
+/// Flat water under a slanting sun: Snell's direction, Fresnel's power, no curvature; sides included, by both solvers.
+TEST(Eikonal, FlatWaterIsExact) {
+    const double zenith = 0.6;
+    for (const GivenOptions& given : {GivenOptions{}, kMarching}) {
+        const BakeResult r = bake(waterScene(zenith), {-0.5, -0.5, -0.9}, {32, 32, 32}, 1.0 / 32, given);
+        const truth::PlaneWater water{1, std::cos(zenith), 1, 1.333, 0};
+        const double fluence = water.horizontal(0.5) / water.cosBelow(), sin_t = std::sin(zenith) / 1.333;
+        int lit = 0;
+        forLit(r, [&](const glm::ivec3& v) {
+            ++lit;
+            EXPECT_LE(std::fabs(double(r.caustic->value(v, 0))) / 32, 1e-9);
+            EXPECT_NEAR(double(r.field.value(v, 0)), fluence, 1e-5);
+            const glm::dvec3 w = r.field.flux(v) / double(r.field.value(v, 0));
+            EXPECT_NEAR(w.x, 0.8 * sin_t, 1e-5);
+            EXPECT_NEAR(w.z, -water.cosBelow(), 1e-5);
+            const glm::dvec3 p = r.field.frame().worldFromIndex(glm::dvec3(v));
+            EXPECT_NEAR(double(r.arrival_time->value(v, 0)), 1.333 * (sin_t * (0.8 * p.x + 0.6 * p.y) - water.cosBelow() * p.z), 1e-5);
+        });
+        EXPECT_EQ(lit, 32 * 32 * 29);
+    }
+}
+
+/// A wave under light from straight above, down to its first caustic: the voxels' means from the truth.
+TEST(Eikonal, WaveIsRightUpToTheCaustic) {
+    const double a = 0.05, k = 8, focus = a - 1 / (a * k * k * (1 - 1 / 1.333));  // z of the cusp
+    double last = 0;
+    for (const int n : {32, 64, 128}) {
+        const double h = 1.0 / n, low = std::ceil(0.6 * focus * n) * h;
+        const BakeResult r = bake(waterScene(0, std::make_shared<CosineField>(a, k)), {-0.5, -4 * h, low},
+                                  {n, 8, static_cast<int>(std::lround(-low * n)) - n / 8}, h);
+        EXPECT_EQ(r.metadata.at("single_arrival_fraction"), "1.0000");
+        EXPECT_NEAR(std::stod(r.metadata.at("first_caustic_z")), focus, 4e-3);
+        const GridFrame& f = r.field.frame();
+        const truth::WaveLight light(truth::cosineProfile(a, k), 1.333, -2, 2, 4000);
+        const truth::VoxelMeans truth = light.voxelMeans(-0.5, h, n, low, h, f.size().z);
+        double error = 0, sum = 0;
+        for (int x = 0; x < n; ++x)
+            for (int z = 0; z < f.size().z; ++z) {
+                const double e = truth.fluence[truth.index(x, z)];
+                error += std::fabs(double(r.field.value({x, 3, z}, 0)) - e), sum += e;
+            }
+        error /= sum;
+        if (last > 0) {
+            EXPECT_GT(std::log2(last / error), 1.7) << n << ": " << error;
+        }
+        last = error;
+    }
+    EXPECT_LT(last, 1e-3);
+}
+
+/// Marching tends to the foot points: curvature and irradiance in the second order.
+TEST(Eikonal, MarchingTendsToTheFootPoints) {
+    double last_caustic = 0, last_light = 0;
+    for (const int n : {32, 64, 128}) {
+        const Scene scene = waterScene(0.4, std::make_shared<CosineField>(0.03, 6));
+        const glm::ivec3 size(n, n / 4, n / 2);
+        const glm::dvec3 low(-0.5, -0.125, -0.6);
+        const BakeResult feet = bake(scene, low, size, 1.0 / n), marched = bake(scene, low, size, 1.0 / n, kMarching);
+        double off_caustic = 0, sum_caustic = 0, off_light = 0, sum_light = 0;
+        forLit(feet, [&](const glm::ivec3& v) {
+            off_caustic += std::fabs(double(marched.caustic->value(v, 0) - feet.caustic->value(v, 0)));
+            sum_caustic += std::fabs(double(feet.caustic->value(v, 0)));
+            off_light += std::fabs(double(marched.field.value(v, 0) - feet.field.value(v, 0)));
+            sum_light += double(feet.field.value(v, 0));
+        });
+        const double caustic = off_caustic / sum_caustic, light = off_light / sum_light;
+        if (n > 32) {
+            EXPECT_GT(std::log2(last_caustic / caustic), 0.8) << n << ": " << caustic;
+            EXPECT_GT(std::log2(last_light / light), 1.3) << n << ": " << light;
+        }
+        last_caustic = caustic, last_light = light;
+    }
+    EXPECT_LT(last_caustic, 0.02);
+    EXPECT_LT(last_light, 2e-3);
+}
+
+TEST(Eikonal, DarkBeyondTheCaustic) {
+    const Scene scene = waterScene(0, std::make_shared<CosineField>(0.06, 9));
+    const auto lit = [&](const GivenOptions& given) {
+        const BakeResult r = bake(scene, {-0.5, -0.1, -1.5}, {64, 12, 96}, 1.0 / 64, given);
+        std::int64_t count = 0;
+        forLit(r, [&](const glm::ivec3&) { ++count; });
+        return std::pair{count, std::stod(r.metadata.at("single_arrival_fraction"))};
+    };
+    const auto [all, fraction] = lit({});
+    const auto [dark, same] = lit(options({{"beyond", std::string("dark")}}));
+    EXPECT_EQ(fraction, same);
+    EXPECT_LT(fraction, 0.97);
+    EXPECT_NEAR(double(dark) / double(all), fraction, 1e-3);
+}
+
+/// The paper's preset: light goes along the normals. Its sides are kept by their costs: under a tilted plane no side
+/// differs by a cell from the plane that goes on.
+TEST(Eikonal, MercierPreset) {
+    class Tilted final : public HeightField {
+    public:
+        SurfacePoint at(glm::dvec2 uv) const override { return {{uv.x, uv.y, 0.2 * uv.x}, {-0.2, 0, 1}}; }
+        double minZ() const override { return -0.4; }
+        double maxZ() const override { return 0.4; }
+        double featureSize() const override { return std::numeric_limits<double>::infinity(); }
+    };
+    const BakeResult r = bake(waterScene(0, std::make_shared<Tilted>()), {-0.5, -0.5, -1}, {48, 48, 54}, 1.0 / 48,
+                              options({{"preset", std::string("mercier")}, {"threshold", 1.0}}));
+    const glm::dvec3 normal = glm::normalize(glm::dvec3(-0.2, 0, 1));
+    double worst = 0, turned = 0;
+    std::int64_t count = 0;
+    forLit(r, [&](const glm::ivec3& v) {
+        const glm::dvec3 p = r.field.frame().worldFromIndex(glm::dvec3(v));
+        worst = std::max(worst, 48 * std::fabs(double(r.arrival_time->value(v, 0)) + glm::dot(normal, p)));
+        turned += glm::length(r.field.flux(v) / double(r.field.value(v, 0)) + normal), ++count;
+    });
+    EXPECT_LT(worst, 1.5);  // vertex splats are half a cell off
+    EXPECT_LT(turned / double(count), 0.05);
+    EXPECT_NE(r.metadata.at("caustic_kind").find("positive"), std::string::npos);
+}
+
+TEST(Eikonal, ThreadsChangeNothing) {
+    const auto baked = [&](int threads, const GivenOptions& given) {
+        setThreadCount(threads);
+        const BakeResult r = bake(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1}, {40, 20, 40}, 1.0 / 40, given);
+        setThreadCount(0);
+        return std::tuple{r.field.sum(0), r.caustic->sum(0), r.arrival_time->sum(0), r.field.value({7, 9, 5}, 3)};
+    };
+    for (const GivenOptions& given : {GivenOptions{}, kMarching}) EXPECT_EQ(baked(1, given), baked(3, given));
+}
+
+TEST(Eikonal, SaysWhatItCannotBake) {
+    const Method method = eikonalMethod();
+    Scene scene = waterScene(0.3);
+    EXPECT_EQ(method.refusal(scene), "");
+    Scene up = scene;
+    up.lights[0].direction.z = 0.5;
+    EXPECT_NE(method.refusal(up).find("below"), std::string::npos);
+    Scene two = scene;
+    two.lights.push_back(two.lights[0]);
+    EXPECT_NE(method.refusal(two).find("2 lights"), std::string::npos);
+    Scene mirror = scene;
+    mirror.surfaces[0].event = SurfaceEvent::Both;
+    EXPECT_NE(method.refusal(mirror).find("refract"), std::string::npos);
+    Monitor monitor;
+    const GridFrame flat = boxFrame({0, 0, -1}, {16, 16, 16}, {0.02, 0.02, 0.04});
+    const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(flat));
+    EXPECT_NO_THROW(method.bake(scene, needed, {}, monitor));
+    EXPECT_THROW(method.bake(scene, needed, kMarching, monitor), Error);
+}
+
+}  // namespace
+}  // namespace photic
