@@ -22,7 +22,8 @@ struct Section {
 };
 constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},        {"threads", threadScaling},
                                  {"stages", stages},     {"writes", writes},      {"skipping", skipping},
-                                 {"floor", floorErrors}, {"volume", volumeErrors}};
+                                 {"floor", floorErrors}, {"volume", volumeErrors},
+                                 {"eikonal", eikonal}};
 
 std::string processor() {
     std::ifstream in("/proc/cpuinfo");

@@ -22,5 +22,6 @@ void threadScaling(const Effort& effort, Findings& findings);
 void stages(const Effort& effort, Findings& findings);
 void writes(const Effort& effort, Findings& findings);
 void skipping(const Effort& effort, Findings& findings);
+void eikonal(const Effort& effort, Findings& findings);  ///< run time against error of fronts, peers beside
 
 }  // namespace photic::benchmark
