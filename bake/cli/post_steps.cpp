@@ -42,16 +42,18 @@ void applyPostSteps(const std::vector<std::string>& steps, LightVolume& volume) 
         };
         if (is("sharpen=%lf,%lf%n")) {
             if (!(first > 0) || !(second > 0)) {
-                throw Error(ErrorCode::Usage, fmt::format("sharpen needs A and B above 0, and they are {} and {}", first, second), step);
+                throw Error(ErrorCode::Usage,
+                            fmt::format("sharpen needs A and B above 0, and they are {} and {}", first, second), step);
             }
             sharpenCaustic(caustic, first, second, 1);
         } else if (is("dissipate=%lf,%lf%n")) {
             dissipateCaustic(caustic, first, second);
         } else {
-            throw Error(ErrorCode::Usage,
-                        "that is no step; write sharpen=A,B for a * phi^b, or dissipate=Z,SPEED with the height [m] below "
-                        "which it acts and 0 to 0.7 voxels a layer",
-                        step);
+            throw Error(
+                ErrorCode::Usage,
+                "that is no step; write sharpen=A,B for a * phi^b, or dissipate=Z,SPEED with the height [m] below "
+                "which it acts and 0 to 0.7 voxels a layer",
+                step);
         }
         kind += (kind.empty() ? "" : "; ") + step;
     }
@@ -61,7 +63,9 @@ void causticAsLight(LightVolume& volume) {
     const LightField& caustic = causticOf(volume);
     LightField& light = volume.field;
     if (!light.channels().flux) {
-        throw Error(ErrorCode::Input, "the volume has no grid 'direction', which light needs; bake it with --grids irradiance,direction,caustic");
+        throw Error(
+            ErrorCode::Input,
+            "the volume has no grid 'direction', which light needs; bake it with --grids irradiance,direction,caustic");
     }
     const int colours = light.channels().irradiance;
     forEachLeaf(light.needed(), [&](int slot) {
@@ -73,7 +77,8 @@ void causticAsLight(LightVolume& volume) {
             if (from >= 0 && caustic.state(from) == LeafState::Dense) value = caustic.dense(from)[i];
             if (from >= 0 && caustic.state(from) == LeafState::Constant) value = caustic.constant(from)[0];
             value = std::max(0.0f, value) * static_cast<float>(volume.reference_irradiance);
-            for (int c = 0; c < colours; ++c) mean += data[c * LightField::kLeafVoxels + i] / static_cast<float>(colours);
+            for (int c = 0; c < colours; ++c)
+                mean += data[c * LightField::kLeafVoxels + i] / static_cast<float>(colours);
             const float scale = mean > 0 ? value / mean : 0;
             for (int c = 0; c < colours; ++c) data[c * LightField::kLeafVoxels + i] = value;
             for (int a = colours; a < colours + 3; ++a) data[a * LightField::kLeafVoxels + i] *= scale;

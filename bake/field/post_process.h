@@ -21,7 +21,8 @@ void sharpenCaustic(LightField& caustic, double a, double b, double sign);
 
 /// The paper's height threshold [Mercier 2014, section 3.3]: where first arrivals have met, light cannot spread again. Below
 /// the plane z = `threshold` [m] each layer of a `caustic` grid is a step of a wave equation u_tt = c^2 lap u in x and y
-/// that starts at rest from the layer above it, and what is negative is cut.
+/// that starts at rest from the layer above it, and what is negative is cut. That layer is smoothed first (a deviation: its
+/// lines of one voxel would leave ripples).
 ///
 /// @param speed  c [voxels a layer], at most 0.7 (stability: 1 / sqrt 2)
 /// @throws Error{Input} for a sheared grid or a speed that is not stable

@@ -17,17 +17,24 @@ namespace {
 
 const std::vector<OptionBinding<EikonalOptions>>& eikonalOptions() {
     static const std::vector<OptionBinding<EikonalOptions>> bindings{
-        bindOption("preset", &EikonalOptions::preset, {{"exact", EikonalPreset::Exact}, {"mercier", EikonalPreset::Mercier}},
-                   "exact: finite index and the smooth surface; mercier: the paper's infinite index, vertex splats, first order, boundary "
+        bindOption("preset", &EikonalOptions::preset,
+                   {{"exact", EikonalPreset::Exact}, {"mercier", EikonalPreset::Mercier}},
+                   "exact: finite index and the smooth surface; mercier: the paper's infinite index, vertex splats, "
+                   "first order, boundary "
                    "costs and dissipation"),
         bindOption("solver", &EikonalOptions::solver,
-                   {{"auto", EikonalSolver::Auto}, {"foot_points", EikonalSolver::FootPoints}, {"marching", EikonalSolver::Marching}},
+                   {{"auto", EikonalSolver::Auto},
+                    {"foot_points", EikonalSolver::FootPoints},
+                    {"marching", EikonalSolver::Marching}},
                    "foot points on the surface, or fast marching from seeds beside it; auto takes foot points"),
-        bindOption("beyond", &EikonalOptions::beyond, {{"first_arrival", EikonalBeyond::FirstArrival}, {"dark", EikonalBeyond::Dark}},
+        bindOption("beyond", &EikonalOptions::beyond,
+                   {{"first_arrival", EikonalBeyond::FirstArrival}, {"dark", EikonalBeyond::Dark}},
                    "irradiance past the first caustic: that of the first arrival, or none"),
         bindOption("order", &EikonalOptions::order, {1, 2}, "", "of the differences when marching"),
-        bindOption("vertex_spacing", &EikonalOptions::vertex_spacing, {0.01, 8}, "voxels", "of the mesh whose vertices seed the paper's preset"),
-        bindOption("threshold", &EikonalOptions::threshold, {0, 1}, "", "of the depth below the surface, where the paper's dissipation begins; 1: never"),
+        bindOption("vertex_spacing", &EikonalOptions::vertex_spacing, {0.01, 8}, "voxels",
+                   "of the mesh whose vertices seed the paper's preset"),
+        bindOption("threshold", &EikonalOptions::threshold, {0, 1}, "",
+                   "of the depth below the surface, where the paper's dissipation begins; 1: never"),
         bindOption("dissipation_speed", &EikonalOptions::dissipation_speed, {0, 0.7}, "voxels",
                    "that the paper's dissipating waves run in each layer"),
     };
@@ -35,34 +42,44 @@ const std::vector<OptionBinding<EikonalOptions>>& eikonalOptions() {
 }
 
 std::string eikonalRefusal(const Scene& scene) {
-    if (scene.lights.size() != 1) return fmt::format("it bakes one sun, and the scene has {} lights; bake one volume a light, or use beams", scene.lights.size());
-    if (scene.surfaces.size() != 1) return fmt::format("it bakes one height field, and the scene has {} surfaces; use beams", scene.surfaces.size());
+    if (scene.lights.size() != 1)
+        return fmt::format("it bakes one sun, and the scene has {} lights; bake one volume a light, or use beams",
+                           scene.lights.size());
+    if (scene.surfaces.size() != 1)
+        return fmt::format("it bakes one height field, and the scene has {} surfaces; use beams",
+                           scene.surfaces.size());
     const Surface& surface = scene.surfaces.front();
-    if (!surface.height_field) return fmt::format("surface '{}' is a mesh, and fronts start on height fields; use beams", surface.name);
-    if (surface.event != SurfaceEvent::Refract) return fmt::format("surface '{}' reflects, and fronts go on below; use event = \"refract\" or beams", surface.name);
+    if (!surface.height_field)
+        return fmt::format("surface '{}' is a mesh, and fronts start on height fields; use beams", surface.name);
+    if (surface.event != SurfaceEvent::Refract)
+        return fmt::format("surface '{}' reflects, and fronts go on below; use event = \"refract\" or beams",
+                           surface.name);
     if (surface.ior_below < surface.ior_above)
-        return fmt::format("'{}' has ior_below {} under ior_above {}, where light can be reflected totally; use beams", surface.name,
-                           surface.ior_below, surface.ior_above);
+        return fmt::format("'{}' has ior_below {} under ior_above {}, where light can be reflected totally; use beams",
+                           surface.name, surface.ior_below, surface.ior_above);
     if (scene.lights.front().direction.z >= 0) return "the light comes from below; use beams";
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
     return {};
 }
 
-void describe(const EikonalFields& fields, const EikonalOptions& options, const CausticMap* caustics, BakeResult& result) {
+void describe(const EikonalFields& fields, const EikonalOptions& options, const CausticMap* caustics,
+              BakeResult& result) {
     auto& meta = result.metadata;
     // Power is not followed: first arrivals leave out what comes later.
     meta["ledger"] = "";
     meta["arrivals"] = "first";
-    meta["caustic_kind"] = options.preset == EikonalPreset::Mercier
-                               ? "curvature of the front [1/m], positive where light converges, dissipated below the threshold"
-                               : "curvature of the front [1/m]: negative where light converges";
+    meta["caustic_kind"] =
+        options.preset == EikonalPreset::Mercier
+            ? "curvature of the front [1/m], positive where light converges, dissipated below the threshold"
+            : "curvature of the front [1/m]: negative where light converges";
     if (!caustics) return;
     meta["first_caustic_z"] = fmt::format("{:.6g}", caustics->highestFocus());
     meta["single_arrival_fraction"] =
         fmt::format("{:.4f}", fields.below > 0 ? double(fields.single) / double(fields.below) : 1.0);
 }
 
-BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given, Monitor& monitor) {
+BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
+                       Monitor& monitor) {
     EikonalOptions options;
     applyOptions<EikonalOptions>("eikonal", options, eikonalOptions(), given);
     const bool mercier = options.preset == EikonalPreset::Mercier;
@@ -70,7 +87,9 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const GridFrame& frame = needed->frame();
     using Clock = std::chrono::steady_clock;
     auto last = Clock::now();
-    const auto lap = [&] { return std::chrono::duration<double>(Clock::now() - std::exchange(last, Clock::now())).count(); };
+    const auto lap = [&] {
+        return std::chrono::duration<double>(Clock::now() - std::exchange(last, Clock::now())).count();
+    };
 
     BakeReport report;
     report.threads = threadCount();
@@ -78,7 +97,8 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     report.needed_voxels = needed->count();
     for (const Object& object : scene.objects)
         if (object.blocks() && !std::holds_alternative<Plane>(object.shape)) {
-            report.warnings.push_back("a front goes through objects: '" + object.name + "' casts no shadow; beams know shadows");
+            report.warnings.push_back("a front goes through objects: '" + object.name +
+                                      "' casts no shadow; beams know shadows");
             break;
         }
     if (scene.lights.front().angular_diameter_deg > 0)
@@ -86,8 +106,10 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
 
     const EikonalFront front(scene, options, frame);
     std::optional<CausticMap> caustics;
-    if (scene.bake.grids.irradiance && !mercier) caustics.emplace(front, frame.world_from_index[0].x);
-    else report.skipped.emplace_back("where several arrivals meet: irradiance is not asked for");
+    if (scene.bake.grids.irradiance && !mercier)
+        caustics.emplace(front, frame.world_from_index[0].x);
+    else
+        report.skipped.emplace_back("where several arrivals meet: irradiance is not asked for");
     report.seconds.emplace_back("surface", lap());
 
     EikonalFields fields{LightField(needed, {scene.coloured() ? 3 : 1, true}), std::nullopt, std::nullopt};
@@ -115,9 +137,13 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
 }  // namespace
 
 Method eikonalMethod() {
-    return {"eikonal", "Fast marching and foot points: curvature, direction, first arrival and its irradiance below one height field",
-            {"irradiance", "direction", "caustic", "arrival_time", "density"}, optionSpecs<EikonalOptions>(eikonalOptions()), eikonalRefusal,
-            bakeEikonal};
+    return {
+        "eikonal",
+        "Fast marching and foot points: curvature, direction, first arrival and its irradiance below one height field",
+        {"irradiance", "direction", "caustic", "arrival_time", "density"},
+        optionSpecs<EikonalOptions>(eikonalOptions()),
+        eikonalRefusal,
+        bakeEikonal};
 }
 
 }  // namespace photic

@@ -25,14 +25,15 @@ struct EikonalOptions {
     EikonalPreset preset = EikonalPreset::Exact;
     EikonalSolver solver = EikonalSolver::Auto;
     EikonalBeyond beyond = EikonalBeyond::FirstArrival;
-    int order = 2;                 ///< of the differences when marching
-    double vertex_spacing = 0.5;   ///< [voxels] of the splatted mesh; the paper's preset only
-    double threshold = 0.5;        ///< of the depth below the surface, where dissipation begins; the paper's preset only
-    double dissipation_speed = 0.15;  ///< [voxels per voxel of depth] of the waves that dissipate; the paper's preset only
+    int order = 2;                ///< of the differences when marching
+    double vertex_spacing = 0.5;  ///< [voxels] of the splatted mesh; the paper's preset only
+    double threshold = 0.5;       ///< of the depth below the surface, where dissipation begins; the paper's preset only
+    double dissipation_speed =
+        0.15;  ///< [voxels per voxel of depth] of the waves that dissipate; the paper's preset only
 };
 
-/// The row of the catalogue: |grad T| = n below a height field from one sun; curvature as `caustic`, direction, first arrival
-/// and irradiance of the first arrival (after [Mercier 2014]; docs/eikonal.md).
+/// The row of the catalogue: |grad T| = n below a height field from one sun; curvature as `caustic`, direction, first
+/// arrival and irradiance of the first arrival (after [Mercier 2014]; docs/eikonal.md).
 Method eikonalMethod();
 
 }  // namespace photic

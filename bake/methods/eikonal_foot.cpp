@@ -17,13 +17,20 @@ class LayerWriter {
 public:
     LayerWriter(const Scene& scene, const EikonalFront& front, const CausticMap* caustics, EikonalBeyond beyond,
                 EikonalFields& fields)
-        : scene_(scene), front_(front), caustics_(caustics), beyond_(beyond), fields_(fields),
-          needed_(fields.light.needed()), frame_(needed_.frame()) {}
+        : scene_(scene),
+          front_(front),
+          caustics_(caustics),
+          beyond_(beyond),
+          fields_(fields),
+          needed_(fields.light.needed()),
+          frame_(needed_.frame()) {}
 
     void write(int z, const glm::dvec3& corner, const FootPointLayer& layer) {
         const glm::ivec3 size = frame_.size(), low = frame_.min;
         if (caustics_)
-            caustics_->layer(corner.z, glm::dvec2(corner) + double(kMargin) * glm::dvec2(frame_.world_from_index[0].x, frame_.world_from_index[1].y),
+            caustics_->layer(corner.z,
+                             glm::dvec2(corner) + double(kMargin) * glm::dvec2(frame_.world_from_index[0].x,
+                                                                               frame_.world_from_index[1].y),
                              {frame_.world_from_index[0].x, frame_.world_from_index[1].y}, size.x, size.y, past_);
         const int leaf_low_x = low.x >> 3, leaves_x = (frame_.max.x >> 3) - leaf_low_x + 1;
         const int leaf_low_y = low.y >> 3, leaves_y = (frame_.max.y >> 3) - leaf_low_y + 1;
@@ -57,15 +64,18 @@ private:
                 const int offset = NeededVoxels::offsetInLeaf({x, y, z});
                 const std::size_t at = layer.at(static_cast<std::size_t>(x - frame_.min.x + kMargin),
                                                 static_cast<std::size_t>(y - frame_.min.y + kMargin));
-                if (layer.arrival[at] >= FootPointLayer::kAboveSurface || !NeededVoxels::maskBit(mask, offset)) continue;
+                if (layer.arrival[at] >= FootPointLayer::kAboveSurface || !NeededVoxels::maskBit(mask, offset))
+                    continue;
                 ++counts.below;
                 if (!light) {
                     light = fields_.light.makeDense(slot);
                     if (fields_.caustic) caustic = fields_.caustic->makeDense(slot);
                     if (fields_.arrival) arrival = fields_.arrival->makeDense(slot);
                 }
-                const bool past = !past_.empty() && past_[static_cast<std::size_t>(y - frame_.min.y) * static_cast<std::size_t>(frame_.size().x) +
-                                                          static_cast<std::size_t>(x - frame_.min.x)] != 0;
+                const bool past =
+                    !past_.empty() &&
+                    past_[static_cast<std::size_t>(y - frame_.min.y) * static_cast<std::size_t>(frame_.size().x) +
+                          static_cast<std::size_t>(x - frame_.min.x)] != 0;
                 counts.single += past ? 0 : 1;
                 if (caustic) caustic[offset] = static_cast<float>(layer.curvature[at]);
                 if (arrival) arrival[offset] = static_cast<float>(layer.arrival[at]);
@@ -77,7 +87,8 @@ private:
                 if (lit) {
                     // A voxel is no point: its mean stays bounded where the rays of its centre meet.
                     const double least = std::min(0.2, 0.5 * step.x * inverse);
-                    share = front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
+                    share =
+                        front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
                     if (past && beyond_ == EikonalBeyond::Dark) continue;
                 }
                 double mean = 0;

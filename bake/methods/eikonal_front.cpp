@@ -16,15 +16,17 @@
 namespace photic {
 namespace {
 
-constexpr int kMaxSamples = 6000;      // a side of the table
-constexpr double kSamplesAFeature = 6; // features are an eighth of a wavelength: 48 samples a wave, curvature to 1.4e-3
+constexpr int kMaxSamples = 6000;  // a side of the table
+constexpr double kSamplesAFeature =
+    6;  // features are an eighth of a wavelength: 48 samples a wave, curvature to 1.4e-3
 
 struct Rectangle {
     glm::dvec2 low, high;
 };
 
 /// Where first arrivals in the box may have left the surface.
-Rectangle reachOf(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame, bool infinite) {
+Rectangle reachOf(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame,
+                  bool infinite) {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (unsigned c = 0; c < 8; ++c) {
         glm::dvec3 index;
@@ -39,7 +41,8 @@ Rectangle reachOf(const Scene& scene, const Surface& surface, const Light& light
         double steepest = 0;
         for (int j = 0; j < 128; ++j)
             for (int i = 0; i < 128; ++i) {
-                const glm::dvec3 n = surface.height_field->at(glm::mix(r.low - depth, r.high + depth, glm::dvec2(i, j) / 127.0)).normal;
+                const glm::dvec3 n =
+                    surface.height_field->at(glm::mix(r.low - depth, r.high + depth, glm::dvec2(i, j) / 127.0)).normal;
                 steepest = std::max(steepest, std::hypot(n.x, n.y) / std::max(n.z, 1e-3));
             }
         const double reach = depth * std::min(1.2 * steepest, 1.0);
@@ -94,9 +97,12 @@ EikonalFront::EikonalFront(const Scene& scene, const EikonalOptions& options, co
     if (!std::isfinite(field.featureSize())) spacing = longest / 32;
     if (longest / spacing > kMaxSamples) {
         if (longest / kMaxSamples > field.featureSize())
-            throw Error(ErrorCode::Input,
-                        fmt::format("the surface has features of {:.3g} m over {:.3g} m: more than {} samples a side; use a "
-                                    "smaller domain", field.featureSize(), longest, kMaxSamples), surface_->where);
+            throw Error(
+                ErrorCode::Input,
+                fmt::format("the surface has features of {:.3g} m over {:.3g} m: more than {} samples a side; use a "
+                            "smaller domain",
+                            field.featureSize(), longest, kMaxSamples),
+                surface_->where);
         spacing = longest / kMaxSamples;
     }
     constexpr int margin = HeightTable::kMargin + 2;
@@ -118,7 +124,8 @@ double EikonalFront::entering(double slope_x, double slope_y, const glm::dvec3& 
 CausticMap::CausticMap(const EikonalFront& front, double spacing) : highest_(-std::numeric_limits<double>::infinity()) {
     const HeightTable& table = front.table();
     const glm::dvec2 low = table.corner() + table.spacing() * HeightTable::kMargin;
-    const glm::dvec2 high = table.corner() + table.spacing() * (glm::dvec2(table.countX(), table.countY()) - 1.0 - double(HeightTable::kMargin));
+    const glm::dvec2 high = table.corner() + table.spacing() * (glm::dvec2(table.countX(), table.countY()) - 1.0 -
+                                                                double(HeightTable::kMargin));
     const auto nx = static_cast<int>((high.x - low.x) / spacing), ny = static_cast<int>((high.y - low.y) / spacing);
     const double n2 = front.slowness();
     const glm::dvec3 g = front.front().gradient;
@@ -166,7 +173,8 @@ void CausticMap::layer(double z, glm::dvec2 corner, glm::dvec2 step, int count_x
         for (int dj = 0; dj < 2; ++dj)
             for (int di = 0; di < 2; ++di)
                 if (i + di >= 0 && i + di < count_x && j + dj >= 0 && j + dj < count_y)
-                    marks[static_cast<std::size_t>(j + dj) * static_cast<std::size_t>(count_x) + static_cast<std::size_t>(i + di)] = 1;
+                    marks[static_cast<std::size_t>(j + dj) * static_cast<std::size_t>(count_x) +
+                          static_cast<std::size_t>(i + di)] = 1;
     }
 }
 

@@ -22,12 +22,14 @@ public:
     const Surface& surface() const { return *surface_; }
     const HeightTable& table() const { return *table_; }
     bool infiniteIndex() const { return infinite_; }
-    FrontOnSurface front() const { return {table_.get(), infinite_ ? glm::dvec3(0) : surface_->ior_above * light_->direction, slowness_}; }
+    FrontOnSurface front() const {
+        return {table_.get(), infinite_ ? glm::dvec3(0) : surface_->ior_above * light_->direction, slowness_};
+    }
     /// n below the surface; 1 when the index is infinite.
     double slowness() const { return slowness_; }
 
-    /// Irradiance across the ray just below the surface, in units of the sun's, from the slopes of the surface there and the
-    /// unit direction of travel below: T cos(i) / cos(t).
+    /// Irradiance across the ray just below the surface, in units of the sun's, from the slopes of the surface there
+    /// and the unit direction of travel below: T cos(i) / cos(t).
     double entering(double slope_x, double slope_y, const glm::dvec3& direction) const;
 
 private:
@@ -44,14 +46,15 @@ public:
     /// @param spacing  of the rays on the surface [m]
     CausticMap(const EikonalFront& front, double spacing);
     /// Marks the cells of a layer at height z: cell (i, j) is centred at corner + (i step_x, j step_y).
-    void layer(double z, glm::dvec2 corner, glm::dvec2 step, int count_x, int count_y, std::vector<std::uint8_t>& marks) const;
+    void layer(double z, glm::dvec2 corner, glm::dvec2 step, int count_x, int count_y,
+               std::vector<std::uint8_t>& marks) const;
     /// Height of the highest focus [m]; -infinity when there is none.
     double highestFocus() const { return highest_; }
 
 private:
     struct Ray {
-        glm::dvec3 focus;   ///< where it is first met
-        glm::dvec2 slope;   ///< horizontal run per metre down
+        glm::dvec3 focus;  ///< where it is first met
+        glm::dvec2 slope;  ///< horizontal run per metre down
     };
     std::vector<Ray> rays_;
     double highest_;
@@ -59,11 +62,11 @@ private:
 
 /// What a solver fills: the field always has irradiance and flux, so that direction can be told.
 struct EikonalFields {
-    LightField light;                      ///< [W/m2], of the first arrival
-    std::optional<LightField> caustic;     ///< curvature [1/m]
-    std::optional<LightField> arrival;     ///< [m]
-    std::int64_t single = 0, below = 0;    ///< needed voxels with one arrival, and below the surface
-    double marked_bytes_a_voxel = 0;       ///< memory of the solver
+    LightField light;                    ///< [W/m2], of the first arrival
+    std::optional<LightField> caustic;   ///< curvature [1/m]
+    std::optional<LightField> arrival;   ///< [m]
+    std::int64_t single = 0, below = 0;  ///< needed voxels with one arrival, and below the surface
+    double marked_bytes_a_voxel = 0;     ///< memory of the solver
 };
 
 /// Fills the fields by foot points, layer by layer from above; stops below the last needed voxel.

@@ -19,8 +19,10 @@ EikonalGrid::Box EikonalGrid::boxOf(const NeededVoxels& needed, const EikonalFro
     for (int slot = 0; slot < needed.leafCount(); ++slot)
         lowest = std::min(lowest, std::max(f.min.z, needed.leafOrigin(slot).z));
     // The surface, which may lie above the domain, and one layer more below for differences.
-    const int top = std::max(f.max.z, static_cast<int>(std::ceil(f.indexFromWorld({0, 0, front.surface().height_field->maxZ()}).z)) + 1);
-    const glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1), end(f.max.x + kGhosts, f.max.y + kGhosts, top);
+    const int top = std::max(
+        f.max.z, static_cast<int>(std::ceil(f.indexFromWorld({0, 0, front.surface().height_field->maxZ()}).z)) + 1);
+    const glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1),
+        end(f.max.x + kGhosts, f.max.y + kGhosts, top);
     return {start, end - start + 1};
 }
 
@@ -37,10 +39,13 @@ EikonalGrid::EikonalGrid(const NeededVoxels& needed, const EikonalFront& front, 
     const auto& m = frame.world_from_index;
     const double off = std::max(std::fabs(m[1].y - spacing), std::fabs(m[2].z - spacing));
     if (!frame.axisAligned() || off > 1e-9 * spacing)
-        throw Error(ErrorCode::Input,
-                    fmt::format("marching needs cubic voxels without shear, and they are {:.4g} x {:.4g} x {:.4g} m{}; use solver = "
-                                "\"foot_points\", or shear = \"none\" without layer_height", spacing, m[1].y, m[2].z,
-                                frame.axisAligned() ? "" : ", sheared"), file);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format(
+                "marching needs cubic voxels without shear, and they are {:.4g} x {:.4g} x {:.4g} m{}; use solver = "
+                "\"foot_points\", or shear = \"none\" without layer_height",
+                spacing, m[1].y, m[2].z, frame.axisAligned() ? "" : ", sheared"),
+            file);
     // What the blocks hold beside the box is no part of the domain.
     parallelFor(blocks.blockCount(), [&](std::int64_t b) {
         const glm::ivec3 origin = blocks.origin(static_cast<int>(b)) - shift;
@@ -58,12 +63,16 @@ glm::dvec3 EikonalGrid::directionAt(const glm::ivec3& cell) const {
     for (int a = 0; a < 3; ++a) {
         glm::ivec3 below = cell, above = cell;
         --below[a], ++above[a];
-        const double low_t = below[a] >= 0 ? at(below) : kUnreached, high_t = above[a] < size[a] ? at(above) : kUnreached;
+        const double low_t = below[a] >= 0 ? at(below) : kUnreached,
+                     high_t = above[a] < size[a] ? at(above) : kUnreached;
         const double here = at(cell);
         if (!(here < kUnreached)) return {0, 0, -1};
-        if (low_t < kUnreached && high_t < kUnreached) gradient[a] = 0.5 * (high_t - low_t);
-        else if (low_t < kUnreached) gradient[a] = here - low_t;
-        else if (high_t < kUnreached) gradient[a] = high_t - here;
+        if (low_t < kUnreached && high_t < kUnreached)
+            gradient[a] = 0.5 * (high_t - low_t);
+        else if (low_t < kUnreached)
+            gradient[a] = here - low_t;
+        else if (high_t < kUnreached)
+            gradient[a] = high_t - here;
     }
     const double length = glm::length(gradient);
     return length > 0 ? gradient / length : glm::dvec3(0, 0, -1);

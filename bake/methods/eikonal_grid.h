@@ -9,8 +9,8 @@
 
 namespace photic {
 
-/// Cells that a front is marched through: the voxels of a box from the surface down to the last needed layer, with ghost
-/// columns at the sides, in blocks that are the leaves of the light field.
+/// Cells that a front is marched through: the voxels of a box from the surface down to the last needed layer, with
+/// ghost columns at the sides, in blocks that are the leaves of the light field.
 struct EikonalGrid {
     static constexpr int kGhosts = 2;
 
@@ -39,8 +39,8 @@ struct EikonalGrid {
 
     GridFrame frame;
     double spacing;
-    glm::ivec3 start, size;   ///< voxel of cell (0, 0, 0), and cells along each axis
-    glm::ivec3 low, shift;    ///< voxel of the blocks' first cell, a multiple of 8; start - low
+    glm::ivec3 start, size;  ///< voxel of cell (0, 0, 0), and cells along each axis
+    glm::ivec3 low, shift;   ///< voxel of the blocks' first cell, a multiple of 8; start - low
     BlockGrid blocks;
     CellMask fixed;
     std::vector<double> arrival;

@@ -17,8 +17,8 @@
 namespace photic {
 namespace {
 
-constexpr double kSeedDepth = 3;   // [cells] along the ray: the second-order stencil sees two on every axis
-constexpr int kStrip = 8;          // columns that are swept at each side, so that sheets of rays find each other
+constexpr double kSeedDepth = 3;  // [cells] along the ray: the second-order stencil sees two on every axis
+constexpr int kStrip = 8;         // columns that are swept at each side, so that sheets of rays find each other
 
 /// Seeds by foot points: beside the surface, and in the ghost columns at the sides.
 class SurfaceSeeds {
@@ -30,7 +30,8 @@ public:
     int besideSurface(std::vector<double>& density, std::vector<float>& shares) {
         const EikonalGrid& g = grid_;
         const double* c = front_.table().coefficients();
-        const double lowest = *std::min_element(c, c + std::ptrdiff_t(front_.table().countX()) * front_.table().countY());
+        const double lowest =
+            *std::min_element(c, c + std::ptrdiff_t(front_.table().countX()) * front_.table().countY());
         const double h = g.spacing;
         int last = g.size.z - 1;
         PointLayers points = layersFrom({0, 0}, {g.size.x, g.size.y});
@@ -42,8 +43,10 @@ public:
                 for (int i = 0; i < g.size.x; ++i) {
                     const glm::ivec3 cell(i, int(j), z);
                     const std::size_t at = layer.at(std::size_t(i), std::size_t(j));
-                    if (layer.arrival[at] >= FootPointLayer::kAboveSurface) grid_.freeze(cell, kUnreached);
-                    else if (layer.distance[at] <= kSeedDepth * h) grid_.freeze(cell, layer.arrival[at]);
+                    if (layer.arrival[at] >= FootPointLayer::kAboveSurface)
+                        grid_.freeze(cell, kUnreached);
+                    else if (layer.distance[at] <= kSeedDepth * h)
+                        grid_.freeze(cell, layer.arrival[at]);
                 }
             });
             density.resize(std::size_t(g.size.x) * std::size_t(g.size.y));
@@ -57,24 +60,30 @@ public:
     /// Ghost columns, all the way down, with their irradiances where `shares` asks for them.
     void atSides(std::vector<float>& shares) {
         const glm::ivec3 n = grid_.size;
-        for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(kStrip, n.y)}, {glm::ivec2(n.x - kStrip, 0), glm::ivec2(kStrip, n.y)},
-                                         {glm::ivec2(0, 0), glm::ivec2(n.x, kStrip)}, {glm::ivec2(0, n.y - kStrip), glm::ivec2(n.x, kStrip)}}) {
-            sweepFootPoints(front_.front(), layersFrom(low, count), [&, low = low, count = count](int k, const FootPointLayer& layer) {
-                for (int j = 0; j < count.y; ++j)
-                    for (int i = 0; i < count.x; ++i) {
-                        const glm::ivec3 cell(low.x + i, low.y + j, n.z - 1 - k);
-                        const double t = layer.arrival[layer.at(std::size_t(i), std::size_t(j))];
-                        if (!grid_.isGhost(cell) || t >= FootPointLayer::kAboveSurface) continue;
-                        grid_.freeze(cell, t);
-                        if (!shares.empty()) shares[grid_.flat(cell + grid_.shift)] = shareAt(layer, layer.at(std::size_t(i), std::size_t(j)), cell);
-                    }
-                return true;
-            });
+        for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(kStrip, n.y)},
+                                         {glm::ivec2(n.x - kStrip, 0), glm::ivec2(kStrip, n.y)},
+                                         {glm::ivec2(0, 0), glm::ivec2(n.x, kStrip)},
+                                         {glm::ivec2(0, n.y - kStrip), glm::ivec2(n.x, kStrip)}}) {
+            sweepFootPoints(front_.front(), layersFrom(low, count),
+                            [&, low = low, count = count](int k, const FootPointLayer& layer) {
+                                for (int j = 0; j < count.y; ++j)
+                                    for (int i = 0; i < count.x; ++i) {
+                                        const glm::ivec3 cell(low.x + i, low.y + j, n.z - 1 - k);
+                                        const double t = layer.arrival[layer.at(std::size_t(i), std::size_t(j))];
+                                        if (!grid_.isGhost(cell) || t >= FootPointLayer::kAboveSurface) continue;
+                                        grid_.freeze(cell, t);
+                                        if (!shares.empty())
+                                            shares[grid_.flat(cell + grid_.shift)] =
+                                                shareAt(layer, layer.at(std::size_t(i), std::size_t(j)), cell);
+                                    }
+                                return true;
+                            });
         }
     }
 
 private:
-    void fillShares(int z, const FootPointLayer& layer, std::vector<double>& density, std::vector<float>& shares) const {
+    void fillShares(int z, const FootPointLayer& layer, std::vector<double>& density,
+                    std::vector<float>& shares) const {
         const EikonalGrid& g = grid_;
         parallelFor(g.size.y, [&](std::int64_t j) {
             for (int i = 0; i < g.size.x; ++i) {
@@ -92,7 +101,8 @@ private:
     float shareAt(const FootPointLayer& layer, std::size_t at, const glm::ivec3& cell) const {
         const glm::dvec3 foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
         const glm::dvec3 w = (grid_.centre(cell) - foot) / layer.distance[at];
-        return static_cast<float>(front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], 1e-3));
+        return static_cast<float>(front_.entering(layer.slope_x[at], layer.slope_y[at], w) /
+                                  std::max(layer.spread[at], 1e-3));
     }
 
     PointLayers layersFrom(glm::ivec2 low, glm::ivec2 count) const {
@@ -108,7 +118,8 @@ private:
 };
 
 /// Carries the density of the first arrivals' power down layer by layer from `first`, and fills the irradiances below.
-void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, std::vector<float>& shares, Monitor& monitor) {
+void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, std::vector<float>& shares,
+                  Monitor& monitor) {
     const auto count = std::size_t(g.size.x) * std::size_t(g.size.y);
     std::vector<double> slope_x[2], slope_y[2], down(count);
     for (int s = 0; s < 2; ++s) slope_x[s].resize(count), slope_y[s].resize(count);
@@ -125,10 +136,13 @@ void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, 
     const auto keep = [&](int z) {
         for (int j = 0; j < g.size.y; ++j)
             for (int i = 0; i < g.size.x; ++i) {
-                const std::size_t c = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i), at = std::size_t(z) * count + c;
+                const std::size_t c = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i),
+                                  at = std::size_t(z) * count + c;
                 // What comes in from the sides is known.
-                if (g.isGhost({i, j, z})) density[c] = double(shares[at]) * down[c];
-                else shares[at] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
+                if (g.isGhost({i, j, z}))
+                    density[c] = double(shares[at]) * down[c];
+                else
+                    shares[at] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
             }
     };
     AmplitudeTransport transport(g.size.x, g.size.y);
@@ -151,7 +165,8 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     EikonalGrid g(needed, front, scene.file);
     std::vector<double> density;
     std::vector<float> shares;
-    if (scene.bake.grids.irradiance && !mercier) shares.assign(std::size_t(g.size.x) * std::size_t(g.size.y) * std::size_t(g.size.z), 1.0f);
+    if (scene.bake.grids.irradiance && !mercier)
+        shares.assign(std::size_t(g.size.x) * std::size_t(g.size.y) * std::size_t(g.size.z), 1.0f);
     int first = g.size.z - 1;
     monitor.progress("seeds", 0);
     if (mercier) {
@@ -164,7 +179,8 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     }
     monitor.progress("march", 0);
     EikonalProblem problem;
-    problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(), problem.fixed = &g.fixed;
+    problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(),
+    problem.fixed = &g.fixed;
     problem.order = mercier || options.order == 1 ? MarchingOrder::First : MarchingOrder::Second;
     BlockMarchingOptions marching;
     const std::vector<std::uint8_t> wanted = g.neededBlocks(needed);
@@ -175,7 +191,8 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     };
     const BlockMarchingReport marched = marchBlocks(problem, marching, g.arrival);
     if (!marched.converged) report.warnings.emplace_back("marching met its limit of rounds: some arrivals are rough");
-    if (marched.stopped_early) report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
+    if (marched.stopped_early)
+        report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
     fields.marked_bytes_a_voxel = double(g.bytes()) / double(std::max<std::int64_t>(1, needed.count()));
 
     if (!shares.empty()) carryDensity(g, first, density, shares, monitor);
@@ -208,7 +225,8 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
                 light[k * LightField::kLeafVoxels + offset] = static_cast<float>(e);
                 mean += e / channels;
             }
-            for (int a = 0; a < 3; ++a) light[(channels + a) * LightField::kLeafVoxels + offset] = static_cast<float>(mean * w[a]);
+            for (int a = 0; a < 3; ++a)
+                light[(channels + a) * LightField::kLeafVoxels + offset] = static_cast<float>(mean * w[a]);
         }
     });
 }

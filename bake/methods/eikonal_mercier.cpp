@@ -10,8 +10,8 @@ namespace {
 
 /// One vertical side as a flat grid of cells (along, up).
 struct Side {
-    int axis;        // that it is across
-    int at;          // its cell along that axis
+    int axis;  // that it is across
+    int at;    // its cell along that axis
     int along_axis;
     glm::ivec3 cell(int along, int up) const {
         glm::ivec3 c(0, 0, up);
@@ -55,8 +55,10 @@ void seedByVertices(const EikonalFront& front, double spacing, EikonalGrid& g) {
             const glm::dvec2 xy = glm::dvec2(corner) + glm::dvec2(i, j) * spacing * g.spacing;
             const glm::dvec3 vertex(xy, table.at(xy).h);
             const glm::dvec3 index = (vertex - g.centre({0, 0, 0})) / g.spacing;
-            const glm::ivec3 cell(std::clamp(static_cast<int>(std::lround(index.x)), EikonalGrid::kGhosts, EikonalGrid::kGhosts + inner.x - 1),
-                                  std::clamp(static_cast<int>(std::lround(index.y)), EikonalGrid::kGhosts, EikonalGrid::kGhosts + inner.y - 1),
+            const glm::ivec3 cell(std::clamp(static_cast<int>(std::lround(index.x)), EikonalGrid::kGhosts,
+                                             EikonalGrid::kGhosts + inner.x - 1),
+                                  std::clamp(static_cast<int>(std::lround(index.y)), EikonalGrid::kGhosts,
+                                             EikonalGrid::kGhosts + inner.y - 1),
                                   static_cast<int>(std::lround(index.z)));
             if (cell.z < 0 || cell.z >= g.size.z) continue;
             const double distance = glm::length(vertex - g.centre(cell));
@@ -106,7 +108,8 @@ void costsAtSides(const EikonalFront& front, EikonalGrid& g) {
         std::vector<std::size_t> order;
         for (int along = low; along <= last; ++along)
             for (int up = 0; up < g.size.z; ++up)
-                if (!fixed.get(static_cast<std::int64_t>(at(along, up))) && pass[at(along, up)] < kUnreached) order.push_back(at(along, up));
+                if (!fixed.get(static_cast<std::int64_t>(at(along, up))) && pass[at(along, up)] < kUnreached)
+                    order.push_back(at(along, up));
         std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return pass[a] < pass[b]; });
         for (const std::size_t c : order) {
             const glm::ivec3 p = flat.cellAt(static_cast<std::int64_t>(c));

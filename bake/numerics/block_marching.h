@@ -37,8 +37,8 @@ struct BlockMarchingOptions {
 
 struct BlockMarchingReport {
     std::int64_t rounds = 0;
-    std::int64_t visits = 0;       ///< of blocks
-    std::int64_t row_updates = 0;  ///< of rows of eight cells
+    std::int64_t visits = 0;              ///< of blocks
+    std::int64_t row_updates = 0;         ///< of rows of eight cells
     std::int64_t first_order_blocks = 0;  ///< that found no rest in second order (slowness that jumps by decades)
     bool stopped_early = false;
     bool converged = true;  ///< false when a round limit was met

@@ -13,10 +13,12 @@ struct PeerRun {
     std::vector<double> arrival;
 };
 
-/// scikit-fmm's travel_time, run by the interpreter that PHOTIC_PYTHON names (python3 without it); nothing when it has none.
+/// scikit-fmm's travel_time, run by the interpreter that PHOTIC_PYTHON names (python3 without it); nothing when it has
+/// none.
 std::optional<PeerRun> scikitFmm(int n, int order, const std::string& height_in_python);
 
-/// OpenVDB's fast sweeping (tools::sdfToSdf, one iteration, single precision) of the level set z - height, row after row.
+/// OpenVDB's fast sweeping (tools::sdfToSdf, one iteration, single precision) of the level set z - height, row after
+/// row.
 PeerRun openvdbSweeping(int n, const std::vector<double>& level_set);
 
 }  // namespace photic::benchmark

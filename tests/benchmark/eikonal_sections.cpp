@@ -29,7 +29,8 @@ double processorSeconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 /// A front that leaves a Gaussian bump along its normals, on n^3 cells of the unit cube, and the truth of it.
 struct BumpFront {
-    explicit BumpFront(int cells) : n(cells), h(1.0 / cells), grid(BlockGrid::blocksFor(glm::ivec3(cells))), fixed(grid) {
+    explicit BumpFront(int cells)
+        : n(cells), h(1.0 / cells), grid(BlockGrid::blocksFor(glm::ivec3(cells))), fixed(grid) {
         constexpr int samples = 400;
         const double spacing = 2.0 / samples;
         std::vector<double> heights;
@@ -113,21 +114,27 @@ std::vector<double> inBlocks(const BumpFront& f, const std::vector<double>& rows
 void eikonal(const Effort& effort, Findings& findings) {
     setThreadCount(1);
     Table table{"Fronts below a Gaussian bump, one core",
-                "A front leaves z = 0.9 + 0.02 exp(-r^2 / 0.045) along its normals through n^3 cells of the unit cube. Seconds of "
-                "processor time of the solver alone; errors against the foot points in closed form, where all have their inflow; mean |T| in "
+                "A front leaves z = 0.9 + 0.02 exp(-r^2 / 0.045) along its normals through n^3 cells of the unit cube. "
+                "Seconds of "
+                "processor time of the solver alone; errors against the foot points in closed form, where all have "
+                "their inflow; mean |T| in "
                 "cells, relative L1 of the curvature by the same differences.",
                 {"solver", "n", "[s]", "million cells/s", "T [h]", "curvature", "bytes a cell"},
                 {}};
-    const auto row = [&](const std::string& name, int n, double seconds, double cells, const Errors& e, const std::string& bytes) {
-        table.add({name, std::to_string(n), fmt::format("{:.3f}", seconds), fmt::format("{:.2f}", cells / seconds * 1e-6),
-                   fmt::format("{:.1e}", e.arrival), fmt::format("{:.1e}", e.curvature), bytes});
+    const auto row = [&](const std::string& name, int n, double seconds, double cells, const Errors& e,
+                         const std::string& bytes) {
+        table.add({name, std::to_string(n), fmt::format("{:.3f}", seconds),
+                   fmt::format("{:.2f}", cells / seconds * 1e-6), fmt::format("{:.1e}", e.arrival),
+                   fmt::format("{:.1e}", e.curvature), bytes});
     };
     const std::vector<int> sizes = effort.quick ? std::vector<int>{32} : std::vector<int>{64, 128, 256};
     for (const int n : sizes) {
         const BumpFront front(n);
         const double all = double(n) * n * n;
-        row("foot points", n, front.foot_seconds, all, errorsOf(front, front.truth), fmt::format("{:.1f}", 24.0 * 8 / n));
-        for (const auto& [name, order] : {std::pair{"block marching, order 2", MarchingOrder::Second}, {"block marching, order 1", MarchingOrder::First}}) {
+        row("foot points", n, front.foot_seconds, all, errorsOf(front, front.truth),
+            fmt::format("{:.1f}", 24.0 * 8 / n));
+        for (const auto& [name, order] : {std::pair{"block marching, order 2", MarchingOrder::Second},
+                                          {"block marching, order 1", MarchingOrder::First}}) {
             std::vector<double> t(front.truth);
             EikonalProblem problem;
             problem.grid = &front.grid, problem.spacing = front.h, problem.fixed = &front.fixed, problem.order = order;
@@ -136,16 +143,18 @@ void eikonal(const Effort& effort, Findings& findings) {
             const double seconds = processorSeconds() - start;
             double marched = 0;
             for (std::int64_t c = 0; c < std::int64_t(t.size()); ++c) marched += !front.fixed.get(c);
-            row(fmt::format("{}, {:.1f} updates a row", name, double(report.row_updates) / (all / 8)), n, seconds, marched, errorsOf(front, t),
-                fmt::format("{:.1f}", 8 + 1.0 / 8 + 4.0 / 8 + 40.0 / 512));
+            row(fmt::format("{}, {:.1f} updates a row", name, double(report.row_updates) / (all / 8)), n, seconds,
+                marched, errorsOf(front, t), fmt::format("{:.1f}", 8 + 1.0 / 8 + 4.0 / 8 + 40.0 / 512));
         }
         for (const int order : {1, 2})
             if (const auto peer = scikitFmm(n, order, kBumpInPython))
-                row(fmt::format("scikit-fmm, order {}", order), n, peer->seconds, all, errorsOf(front, inBlocks(front, peer->arrival)), "");
+                row(fmt::format("scikit-fmm, order {}", order), n, peer->seconds, all,
+                    errorsOf(front, inBlocks(front, peer->arrival)), "");
         std::vector<double> level;
         for (int z = 0; z < n; ++z)
             for (int y = 0; y < n; ++y)
-                for (int x = 0; x < n; ++x) level.push_back((z + 0.5) * front.h - bump((x + 0.5) * front.h, (y + 0.5) * front.h));
+                for (int x = 0; x < n; ++x)
+                    level.push_back((z + 0.5) * front.h - bump((x + 0.5) * front.h, (y + 0.5) * front.h));
         const PeerRun swept = openvdbSweeping(n, level);
         row("OpenVDB fast sweeping, float", n, swept.seconds, all, errorsOf(front, inBlocks(front, swept.arrival)), "");
     }

@@ -29,7 +29,8 @@ BakeResult bake(Scene scene, const glm::dvec3& low, const glm::ivec3& size, doub
     scene.bake.grids = {true, true, true, true, false};
     Monitor monitor;
     const GridFrame frame = boxFrame(low, size, glm::dvec3(h));
-    return eikonalMethod().bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)), given, monitor);
+    return eikonalMethod().bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)), given,
+                                monitor);
 }
 
 /// Calls body(voxel) for all voxels with light.
@@ -58,7 +59,8 @@ TEST(Eikonal, FlatWaterIsExact) {
             EXPECT_NEAR(w.x, 0.8 * sin_t, 1e-5);
             EXPECT_NEAR(w.z, -water.cosBelow(), 1e-5);
             const glm::dvec3 p = r.field.frame().worldFromIndex(glm::dvec3(v));
-            EXPECT_NEAR(double(r.arrival_time->value(v, 0)), 1.333 * (sin_t * (0.8 * p.x + 0.6 * p.y) - water.cosBelow() * p.z), 1e-5);
+            EXPECT_NEAR(double(r.arrival_time->value(v, 0)),
+                        1.333 * (sin_t * (0.8 * p.x + 0.6 * p.y) - water.cosBelow() * p.z), 1e-5);
         });
         EXPECT_EQ(lit, 32 * 32 * 29);
     }
@@ -161,7 +163,8 @@ TEST(Eikonal, MercierPreset) {
 TEST(Eikonal, ThreadsChangeNothing) {
     const auto baked = [&](int threads, const GivenOptions& given) {
         setThreadCount(threads);
-        const BakeResult r = bake(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1}, {40, 20, 40}, 1.0 / 40, given);
+        const BakeResult r = bake(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1},
+                                  {40, 20, 40}, 1.0 / 40, given);
         setThreadCount(0);
         return std::tuple{r.field.sum(0), r.caustic->sum(0), r.arrival_time->sum(0), r.field.value({7, 9, 5}, 3)};
     };
