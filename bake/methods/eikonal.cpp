@@ -74,8 +74,9 @@ void describe(const EikonalFields& fields, const EikonalOptions& options, const 
             : "curvature of the front [1/m]: negative where light converges";
     if (!caustics) return;
     meta["first_caustic_z"] = fmt::format("{:.6g}", caustics->highestFocus());
-    meta["single_arrival_fraction"] =
-        fmt::format("{:.4f}", fields.below > 0 ? double(fields.single) / double(fields.below) : 1.0);
+    // Marching does not ask which voxels lie past it.
+    if (fields.below > 0)
+        meta["single_arrival_fraction"] = fmt::format("{:.4f}", double(fields.single) / double(fields.below));
 }
 
 BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
@@ -127,9 +128,13 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
         bakeByFootPoints(scene, front, caustics ? &*caustics : nullptr, options.beyond, fields, monitor);
         report.seconds.emplace_back("foot points", lap());
     }
+    if (scene.bake.grids.irradiance && fields.single < fields.below && options.beyond == EikonalBeyond::FirstArrival) {
+        report.warnings.push_back(fmt::format("irradiance is that of the first arrival, and {:.1f} % of the water has several; beams sum them all",
+                                              100 * (1 - double(fields.single) / double(fields.below))));
+    }
     report.field_bytes = fields.light.bytes();
     BakeResult result{std::move(fields.light), std::move(report)};
-    describe(fields, options, marching ? nullptr : caustics ? &*caustics : nullptr, result);
+    describe(fields, options, caustics ? &*caustics : nullptr, result);
     result.caustic = std::move(fields.caustic), result.arrival_time = std::move(fields.arrival);
     return result;
 }

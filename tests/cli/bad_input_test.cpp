@@ -213,7 +213,7 @@ TEST(BadInput, WhatIsNotBuiltYetIsRefusedByName) {
     pool.extra = "[[light]]\ntype = \"spot\"";
     expectSceneRefused(pool, 3, {"spot"});
     pool.extra = "";
-    pool.bake = "grids = [\"irradiance\", \"arrival_time\"]";
+    pool.bake = "method = \"beams\"\ngrids = [\"irradiance\", \"arrival_time\"]";
     expectSceneRefused(pool, 3, {"arrival_time"});
 }
 
