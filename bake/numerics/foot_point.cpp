@@ -32,12 +32,18 @@ public:
           older_x_(above_.foot_x),
           older_y_(above_.foot_y) {
         const double* c = front.surface->coefficients();
-        lowest_ = *std::min_element(c, c + std::ptrdiff_t(front.surface->countX()) * front.surface->countY());
+        const auto [low, high] =
+            std::minmax_element(c, c + std::ptrdiff_t(front.surface->countX()) * front.surface->countY());
+        lowest_ = *low, highest_ = *high;
     }
 
     void run(const std::function<bool(int, const FootPointLayer&)>& visit) {
         for (int k = 0; k < points_.count_z; ++k) {
             corner_ = points_.origin + static_cast<double>(k) * points_.step_z;
+            if (corner_.z > highest_) {  // all of it lies above: both layers still say so
+                if (!visit(k, here_)) return;
+                continue;
+            }
             std::swap(above_, here_);
             rows([&](std::size_t j) {
                 const FootRow row = rowOf(j);
@@ -135,7 +141,7 @@ private:
     FootPointLayer above_, here_;
     std::vector<double> older_x_, older_y_;  // feet of the layer above the one above
     glm::dvec3 corner_{0};
-    double lowest_ = 0;  // the surface lies above
+    double lowest_ = 0, highest_ = 0;  // the surface lies between
     const FootKernels kernels_ = footKernels();
 };
 
