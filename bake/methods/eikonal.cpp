@@ -129,8 +129,9 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
         report.seconds.emplace_back("foot points", lap());
     }
     if (scene.bake.grids.irradiance && fields.single < fields.below && options.beyond == EikonalBeyond::FirstArrival) {
-        report.warnings.push_back(fmt::format("irradiance is that of the first arrival, and {:.1f} % of the water has several; beams sum them all",
-                                              100 * (1 - double(fields.single) / double(fields.below))));
+        report.warnings.push_back(fmt::format(
+            "irradiance is that of the first arrival, and {:.1f} % of the water has several; beams sum them all",
+            100 * (1 - double(fields.single) / double(fields.below))));
     }
     report.field_bytes = fields.light.bytes();
     BakeResult result{std::move(fields.light), std::move(report)};
