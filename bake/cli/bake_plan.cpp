@@ -170,6 +170,15 @@ double methodSeconds(const Scene& scene, const Method& method, double needed_vox
         }
         return count * (3.5e-7 + 1e-8 * size.z);
     }
+    if (method.name == "wave") {
+        // Cells of the band times steps: the band is some 20 cells thick, and a step half a cell.
+        double cells = 1;
+        if (const auto given = scene.bake.method_options.find("wave"); given != scene.bake.method_options.end())
+            if (const auto own = given->second.find("cells"); own != given->second.end())
+                if (const auto* integer = std::get_if<std::int64_t>(&own->second.value))
+                    cells = static_cast<double>(*integer);
+        return 0.1 + needed_voxels * cells * cells * cells * 1.1e-6;
+    }
     return 0.15 + needed_voxels * channels * (6e-9 + 7e-9 * scene.bake.quadrature);
 }
 

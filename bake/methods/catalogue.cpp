@@ -7,6 +7,7 @@
 #include "bake/methods/beams.h"
 #include "bake/methods/eikonal.h"
 #include "bake/methods/photons.h"
+#include "bake/methods/wave.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 
@@ -18,6 +19,7 @@ std::span<const Method> methodCatalogue() {
         beamsMethod(),
         photonsMethod(),
         eikonalMethod(),
+        waveMethod(),
     };
     return rows;
 }

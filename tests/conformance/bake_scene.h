@@ -28,7 +28,7 @@ Baked bakeText(const std::string& toml, const std::string& method, const GivenOp
 GivenOptions option(const std::string& name, OptionValue value);
 GivenOptions operator|(GivenOptions a, const GivenOptions& b);
 
-/// Names of the catalogue's rows, for parametrised tests.
+/// Names of the catalogue's rows that trace rays, for parametrised tests of laws that rays keep to rounding.
 std::vector<std::string> methodNames();
 
 /// A wave z = a cos(k x), light straight down, a slab 8 voxels thin in y; one metre holds two wave lengths and `cells`

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/wave.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "bake/field/disc_blur.h"
+#include "bake/field/post_process.h"
+#include "bake/methods/method_options.h"
+#include "bake/methods/sun_disc.h"
+#include "bake/methods/wave_domain.h"
+#include "bake/numerics/wave_calibration.h"
+#include "bake/optics/snell.h"
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+#include "bake/tubes/launch_domain.h"
+
+namespace photic {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+constexpr double kFewestPoints = 3, kEnoughPoints = 5;
+
+std::span<const OptionBinding<WaveOptions>> waveOptions() {
+    using O = WaveOptions;
+    static const std::vector<OptionBinding<O>> bindings{
+        bindOption<O, WavePreset>("preset", &O::preset, {{"none", WavePreset::None}, {"mercier", WavePreset::Mercier}},
+                                  "mercier: the paper's own variant (infinite index, at rest, second order, sponge, sum of phi)"),
+        bindOption("wavelength", &O::wavelength, {0, 1e6}, "m", "of the pulse in the medium; 0: `points` cells"),
+        bindOption("points", &O::points, {kFewestPoints, 1000}, "cells", "a wavelength, where `wavelength` is 0"),
+        bindOption("cells", &O::cells, {1, 4}, "", "of the waves, along each side of a voxel: 1, 2 or 4"),
+        bindOption<O, WaveAccumulate>("accumulate", &O::accumulate,
+                                      {{"energy", WaveAccumulate::Energy}, {"amplitude", WaveAccumulate::Amplitude}},
+                                      "phi_t^2, which tends to the irradiance, or the paper's sum of phi, which is harmonic"),
+        bindOption<O, WaveAbsorber>("absorber", &O::absorber, {{"pml", WaveAbsorber::Pml}, {"sponge", WaveAbsorber::Sponge}},
+                                    "at the open sides: a matched layer of 8 cells, or the paper's band of damping"),
+        bindOption("sponge_cells", &O::sponge_cells, {4, 256}, "cells", "width of the sponge"),
+        bindOption("courant", &O::courant, {0.05, 1}, "", "time step over the largest stable one"),
+        bindOption("threshold", &O::threshold, {1e-6, 0.1}, "", "amplitude, over that of unfocused light, below which blocks are given up"),
+        bindOption("disc", &O::disc, "blur by the sun's disc, where one blur a layer serves; otherwise a point sun"),
+        bindOption("clamp", &O::clamp, "preset mercier: phi >= 0 after each step"),
+        bindOption("gain", &O::gain, {0, 1e6}, "", "a of a * phi^b, of the amplitude"),
+        bindOption("exponent", &O::exponent, {0.01, 100}, "", "b of a * phi^b, of the amplitude"),
+    };
+    return bindings;
+}
+
+WaveOptions withPreset(WaveOptions o) {
+    if (o.preset != WavePreset::Mercier) return o;
+    o.accumulate = WaveAccumulate::Amplitude, o.absorber = WaveAbsorber::Sponge, o.cells = 1;
+    return o;
+}
+
+/// Power of light through flat water, as irradiance across the refracted ray, for a light of 1 W/m2.
+double unfocused(const Surface& surface, const Light& light) {
+    const glm::dvec3 up(0, 0, 1);
+    const Interface i = interfaceAt(light.direction, up, surface.ior_above, surface.ior_below);
+    return i.transmittance * light.direction.z / i.refracted.z;
+}
+
+/// How much slower than light waves of `points` cells run along an axis: d(omega)/omega of the fourth-order difference,
+/// whose symbol is k^2 (1 - (k h)^4 / 90).
+double lag(double points) { return std::pow(2 * std::numbers::pi / points, 4) / 180; }
+
+/// One light through one surface.
+class WaveBake {
+public:
+    WaveBake(const Scene& scene, const Light& light, const NeededVoxels& needed, const WaveOptions& options, Monitor& monitor)
+        : scene_(scene), surface_(scene.surfaces.front()), light_(light), needed_(needed), options_(options), monitor_(monitor) {
+        paper_ = options.preset == WavePreset::Mercier;
+    }
+
+    /// Adds the light of channels whose bits are set in `channels`, in a medium of `extinction`.
+    void run(double extinction, unsigned channels, LightField& field, BakeReport& report, WaveRun& run) {
+        const auto start = Clock::now();
+        const GridFrame& frame = needed_.frame();
+        double coarsest = 0;
+        for (int a = 0; a < 3; ++a) coarsest = std::max(coarsest, std::fabs(frame.world_from_index[a][a]) / options_.cells);
+        run.wavelength = options_.wavelength > 0 ? options_.wavelength : options_.points * coarsest;
+        run.points = run.wavelength / coarsest;
+        checkResolution(run, coarsest);
+
+        WaveRelease release;
+        const WaveCells cells = waveCells(scene_, surface_, light_, frame,
+                                          {options_.cells, run.wavelength, options_.absorber, options_.sponge_cells, paper_}, release);
+        const WavePulse pulse =
+            WavePulse::ofWavelength(run.wavelength, amplitude() ? PulseShape::Bump : PulseShape::Slope);
+        if (paper_)
+            releaseAtRest(cells, release);
+        else
+            releasePulse(cells, surface_, light_, pulse, release);
+
+        std::vector<std::uint8_t> wanted(static_cast<std::size_t>(cells.grid.count()));
+        for (int b = 0; b < cells.grid.count(); ++b)
+            wanted[static_cast<std::size_t>(b)] = slotOf(cells, b) >= 0;
+        WaveSettings settings;
+        settings.order = paper_ ? 2 : 4;
+        settings.courant = options_.courant;
+        settings.damping = extinction / 2;  // energy falls twice as fast as phi
+        settings.absorber = options_.absorber, settings.sponge_cells = options_.sponge_cells;
+        const bool flux = field.channels().flux;
+        settings.sum = flux ? WaveSum::EnergyAndFlux : amplitude() ? WaveSum::Nothing : WaveSum::Energy;
+        settings.sum_field = amplitude();
+        settings.clamp = paper_ && options_.clamp;
+        settings.threshold = options_.threshold * (paper_ ? 1 : std::sqrt(unfocused(surface_, light_)));
+        // phi_t^2 has twice the frequency of phi: with fewer points a step would be missed.
+        settings.sum_every = paper_ ? 1 : 2;
+
+        report.seconds.emplace_back("release", secondsSince(start));
+
+        const auto stepping = Clock::now();
+        WaveStepper stepper(cells.grid, settings, std::move(release.source), std::move(wanted),
+                            [&](int block, const float* sums) { fold(cells, release, block, sums, channels, field); });
+        run.dt = stepper.dt();
+        // Sums are taken over those of a plane wave along the light under flat water.
+        const Interface flat = interfaceAt(light_.direction, {0, 0, 1}, surface_.ior_above, surface_.ior_below);
+        const WavePlaneSums plane = planeSums(pulse, run.dt, cells.grid.spacing, settings.order, flat.refracted);
+        scale_energy_ = 1 / plane.energy, scale_flux_ = 1 / plane.flux;
+        // The paper's start is a slab of one cell at rest: half of it runs down, and phi sums up to half a cell's time.
+        scale_field_ = 1 / (paper_ ? 0.5 * cells.grid.spacing.z : pulse.integral());
+        const double begin = stepper.time();
+        const double crossing = glm::length(glm::dvec3(cells.size()) * cells.grid.spacing) + 2 * pulse.reach();
+        while (!stepper.finished()) {
+            stepper.step();
+            if (stepper.counts().steps % 16 != 0) continue;
+            monitor_.checkCancelled();
+            const double passed = stepper.time() - begin;
+            monitor_.progress("wave", std::min(0.99, passed / crossing));
+            // What is still there after three crossings is a slow remainder between the surface and itself.
+            if (passed > 3 * crossing) break;
+        }
+        stepper.finish();
+        run.counts = stepper.counts();
+        if (!paper_) addRim(cells, release, channels, field);
+        report.seconds.emplace_back("waves", secondsSince(stepping));
+        fillReport(release, extinction, channels, run, report);
+    }
+
+private:
+    bool amplitude() const { return options_.accumulate == WaveAccumulate::Amplitude; }
+
+    void checkResolution(const WaveRun& run, double coarsest) {
+        if (run.points < kFewestPoints * (1 - 1e-9))
+            throw Error(ErrorCode::Input,
+                        fmt::format("a wavelength of {:.4g} m is {:.2g} cells of {:.4g} m, and waves need {:g} to run at all; use "
+                                    "wavelength = {:.4g} or more, or cells = {} or a smaller voxel_size",
+                                    run.wavelength, run.points, coarsest, kFewestPoints, kEnoughPoints * coarsest,
+                                    std::min(4, 2 * options_.cells)),
+                        "wave.wavelength");
+    }
+
+    int slotOf(const WaveCells& cells, int block) const {
+        const glm::ivec3 b = cells.low_block + cells.grid.place(block);
+        const int r = cells.per_voxel;
+        return needed_.slotOf({(b.x * kWaveSide) >> shift(r), (b.y * kWaveSide) >> shift(r), (b.z * kWaveSide) >> shift(r)});
+    }
+    static int shift(int per_voxel) { return per_voxel == 4 ? 2 : per_voxel == 2 ? 1 : 0; }
+
+    /// The part of a cell below the surface, from its middle.
+    static float wetPart(const WaveCells& cells, const WaveRelease& release, const glm::ivec3& local) {
+        const float level = release.level[static_cast<std::size_t>(local.x) * static_cast<std::size_t>(cells.size().y) +
+                                          static_cast<std::size_t>(local.y)];
+        const float above = level - static_cast<float>(local.z);
+        return above <= 0 ? 0.0f : std::min(1.0f, above + 0.5f);
+    }
+
+    /// Adds a block's sums to the voxels that it lies in.
+    void fold(const WaveCells& cells, const WaveRelease& release, int block, const float* sums, unsigned channels, LightField& field) {
+        const int slot = slotOf(cells, block);
+        if (slot < 0) return;
+        float* out = field.makeDense(slot);
+        const NeededVoxels::Mask& mask = needed_.mask(slot);
+        const int s = shift(cells.per_voxel), light_channels = field.channels().irradiance;
+        const glm::ivec3 place = cells.grid.place(block) * kWaveSide, origin = cells.lowCell();
+        const double share = 1.0 / (cells.per_voxel * cells.per_voxel * cells.per_voxel);
+        const bool flux = field.channels().flux;
+        const float* amplitude_sum = amplitude() ? sums + (flux ? 4 : 0) * kWaveCells : nullptr;
+        for (int i = 0; i < kWaveCells; ++i) {
+            const glm::ivec3 local = place + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
+            const int v = NeededVoxels::offsetInLeaf((origin + local) >> s);
+            if (!NeededVoxels::maskBit(mask, v)) continue;
+            const double wet = wetPart(cells, release, local) * share;
+            if (wet <= 0) continue;
+            double energy = sums[i] * scale_energy_;
+            glm::dvec3 f(0);
+            if (flux) f = scale_flux_ * glm::dvec3(sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]);
+            if (amplitude_sum) {
+                const double value = options_.gain * std::pow(std::max(0.0, double(amplitude_sum[i]) * scale_field_), options_.exponent);
+                f *= energy > 0 ? value / std::max(energy, glm::length(f)) : 0.0;
+                energy = value;
+            }
+            add(out, v, light_channels, channels, energy * wet, f * wet, flux);
+        }
+    }
+
+    void add(float* out, int v, int light_channels, unsigned channels, double energy, const glm::dvec3& f, bool flux) const {
+        double mean = 0;
+        for (int c = 0; c < light_channels; ++c) {
+            if ((channels >> c & 1) == 0) continue;
+            out[c * kWaveCells + v] += static_cast<float>(energy * light_.irradiance[c]);
+            mean += light_.irradiance[c] / light_channels;
+        }
+        if (!flux) return;
+        for (int a = 0; a < 3; ++a) out[(light_channels + a) * kWaveCells + v] += static_cast<float>(f[a] * mean);
+    }
+
+    /// Light in cells that the surface cuts above their middle.
+    void addRim(const WaveCells& cells, const WaveRelease& release, unsigned channels, LightField& field) {
+        const double share = 1.0 / (cells.per_voxel * cells.per_voxel * cells.per_voxel);
+        const int s = shift(cells.per_voxel);
+        for (const WaveRim& rim : release.rim) {
+            const glm::ivec3 voxel = rim.cell >> s;
+            if (!needed_.contains(voxel)) continue;
+            add(field.makeDense(needed_.slotOf(voxel)), NeededVoxels::offsetInLeaf(voxel), field.channels().irradiance, channels,
+                rim.energy * share, glm::dvec3(rim.direction) * double(rim.energy) * share, field.channels().flux);
+        }
+    }
+
+    void fillReport(const WaveRelease& release, double extinction, unsigned channels, const WaveRun& run, BakeReport& report) {
+        const double all = static_cast<double>(run.counts.blocks) * static_cast<double>(run.counts.steps);
+        report.skipped.push_back(fmt::format(
+            "{:.0f} % of a full grid's {} steps: the band held {:.1f} % of {} blocks on average, {:.1f} % at most, {:.1f} bytes a cell of it",
+            100 - 100 * static_cast<double>(run.counts.block_steps) / all, run.counts.steps, 100 * static_cast<double>(run.counts.block_steps) / all,
+            run.counts.blocks, 100 * static_cast<double>(run.counts.peak_blocks) / static_cast<double>(run.counts.blocks),
+            static_cast<double>(run.counts.peak_bytes) / static_cast<double>(run.counts.peak_blocks * kWaveCells)));
+        const auto warn = [&](std::string text) {
+            if (std::find(report.warnings.begin(), report.warnings.end(), text) != report.warnings.end()) return;
+            monitor_.warn(text);
+            report.warnings.push_back(std::move(text));
+        };
+        const HeightField& field = *surface_.height_field;
+        if (paper_) {
+            warn("preset mercier is the paper's: rays leave the surface at right angles (infinite index), and the sum of phi is "
+                 "harmonic, so that it shows no caustics");
+            return;
+        }
+        if (run.points < kEnoughPoints)
+            warn(fmt::format("{:.2g} cells a wavelength: along the axes waves lag {:.1f} % behind the light and bend it; {:g} "
+                             "lag {:.1f} % (raise points, or cells)",
+                             run.points, 100 * lag(run.points), kEnoughPoints + 1, 100 * lag(kEnoughPoints + 1)));
+        if (run.wavelength > field.featureSize())
+            warn(fmt::format("the wavelength, {:.3g} m, is longer than the surface's details of {:.3g} m, whose light it cannot "
+                             "focus; use a smaller voxel_size, or cells",
+                             run.wavelength, field.featureSize()));
+        // A fold's Airy width (R / 2 k^2)^(1/3), R the caustic's radius of curvature, of the order of its depth.
+        const GridFrame& frame = needed_.frame();
+        const double depth = std::max(1e-9, field.maxZ() - frame.worldFromIndex(glm::dvec3(frame.min)).z);
+        const double k = 2 * std::numbers::pi / run.wavelength, airy = std::cbrt(depth / (2 * k * k));
+        const double voxel = std::cbrt(frame.voxelVolume());
+        if (airy > voxel)
+            warn(fmt::format("caustics {:.2g} m deep are about {:.2g} m wide ({:.2g} voxels) at a wavelength of {:.3g} m; shorter "
+                             "waves (cells, a smaller voxel_size) are sharper",
+                             depth, airy, airy / voxel, run.wavelength));
+        if (release.folded > 1e-3)
+            warn(fmt::format("the surface bends more sharply than the cells resolve at {:.2g} % of it", 100 * release.folded));
+        if (release.turned_away > 0)
+            warn(fmt::format("{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
+                             100 * release.turned_away));
+
+        // The wave's own ledger: what is launched, reflected, absorbed on the way; the rest leaves.
+        const double irradiance = meanIrradiance(channels);
+        report.power.emitted += release.launched * irradiance;
+        report.power.reflected += release.reflected * irradiance;
+        (void)extinction;
+        report.power.escaped += (release.launched - release.reflected) * irradiance;
+    }
+    double meanIrradiance(unsigned channels) const {
+        const int count = scene_.coloured() ? 3 : 1;
+        double sum = 0;
+        for (int c = 0; c < count; ++c)
+            if (channels >> c & 1) sum += light_.irradiance[c] / count;
+        return sum;
+    }
+
+    const Scene& scene_;
+    const Surface& surface_;
+    const Light& light_;
+    const NeededVoxels& needed_;
+    const WaveOptions& options_;
+    Monitor& monitor_;
+    bool paper_ = false;
+    double scale_energy_ = 1, scale_flux_ = 1, scale_field_ = 1;
+};
+
+void addField(LightField& to, const LightField& from) {
+    parallelFor(to.leafCount(), [&](std::int64_t i) {
+        const int slot = static_cast<int>(i);
+        if (from.state(slot) == LeafState::Empty) return;
+        float* out = to.makeDense(slot);
+        const float* in = from.dense(slot);
+        for (int k = 0; k < to.channels().count() * LightField::kLeafVoxels; ++k) out[k] += in[k];
+    });
+}
+
+std::string waveRefusal(const Scene& scene) {
+    if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
+    if (scene.bake.grids.arrival_time) return "waves have no grid 'arrival_time'; leave it out of bake.grids";
+    if (std::string refusal = specularRefusal(scene); !refusal.empty()) return refusal;
+    if (scene.surfaces.size() > 1) return "waves run from one surface; bake the others as scenes of their own, or use beams";
+    const Surface& surface = scene.surfaces.front();
+    if (!surface.height_field) return "the surface is a mesh, and waves start from height fields; use beams";
+    if (surface.event != SurfaceEvent::Refract) return "waves are not built for reflections; use event = \"refract\", or beams";
+    if (scene.domain.shear_mode != ShearMode::None) return "the grid leans, and waves step on upright ones; use shear = \"none\"";
+    for (const Object& object : scene.objects) {
+        if (!object.blocks()) continue;
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        const bool upright = plane && std::max({std::fabs(plane->normal.x), std::fabs(plane->normal.y), std::fabs(plane->normal.z)}) > 1 - 1e-9;
+        if (!upright)
+            return fmt::format("object '{}' blocks light and is no plane along the grid, and waves cast no shadows; give it role = "
+                               "\"movable\" (light then goes on behind it), or use beams",
+                               object.name);
+    }
+    return {};
+}
+
+/// Irradiance over what flat water would let through, or the paper's sum as it is.
+LightField causticGrid(const LightField& field, double flat) {
+    LightField caustic(field.neededPtr(), {1, false});
+    const int channels = field.channels().irradiance;
+    parallelFor(field.leafCount(), [&](std::int64_t i) {
+        const int slot = static_cast<int>(i);
+        if (field.state(slot) == LeafState::Empty) return;
+        float* out = caustic.makeDense(slot);
+        for (int v = 0; v < LightField::kLeafVoxels; ++v) {
+            double sum = 0;
+            for (int c = 0; c < channels; ++c) sum += field.dense(slot)[c * LightField::kLeafVoxels + v] / channels;
+            out[v] = static_cast<float>(sum / flat);
+        }
+    });
+    return caustic;
+}
+
+BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
+                             Monitor& monitor) {
+    WaveOptions options;
+    applyOptions("wave", options, waveOptions(), given);
+    if (options.cells == 3)
+        throw Error(ErrorCode::Input, "option 'cells' of method 'wave' is 3; give 1, 2 or 4", given.at("cells").where);
+    return bakeWave(scene, std::move(needed), options, monitor);
+}
+
+}  // namespace
+
+BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const WaveOptions& given,
+                    Monitor& monitor, WaveRun* run) {
+    const WaveOptions options = withPreset(given);
+    const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
+    BakeReport report;
+    report.threads = threadCount(), report.instruction_set = waveKernels().name;
+    report.reference_irradiance = scene.referenceIrradiance(), report.needed_voxels = needed->count();
+    if (!channels.flux) report.skipped.emplace_back("direction: not asked for");
+
+    LightField field(needed, channels);
+    WaveRun last;
+    double flat = 0;
+    const glm::dvec3 extinction = scene.medium.extinction();
+    for (const Light& light : scene.lights) {
+        LightField part(needed, channels);
+        LightField& to = scene.lights.size() == 1 ? field : part;
+        WaveBake bake(scene, light, *needed, options, monitor);
+        if (scene.medium.coloured()) {
+            for (int c = 0; c < 3; ++c) bake.run(extinction[c], 1u << c, to, report, last);
+        } else {
+            bake.run(extinction.x, channels.irradiance == 3 ? 7u : 1u, to, report, last);
+        }
+        const auto start = Clock::now();
+        if (channels.flux) restoreFluxBound(to);
+        if (options.disc && light.angular_diameter_deg > 0 && options.preset == WavePreset::None) {
+            if (blurServes(scene)) {
+                blurLayers(to, discKernels(scene.surfaces.front(), light, needed->frame()), BeyondNeeded::Alike);
+                report.seconds.emplace_back("disc", secondsSince(start));
+            } else {
+                report.warnings.emplace_back("the sun's disc is left out: one blur a layer does not serve this scene");
+                monitor.warn(report.warnings.back());
+            }
+        }
+        if (&to == &part) addField(field, part);
+        double mean = 0;
+        for (int c = 0; c < channels.irradiance; ++c) mean += light.irradiance[c] / channels.irradiance;
+        flat += mean * unfocused(scene.surfaces.front(), light);
+    }
+    report.field_bytes = field.bytes();
+    double deposited = 0;
+    for (int c = 0; c < channels.irradiance; ++c)
+        deposited += field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
+    report.path = {deposited, deposited};
+    std::optional<LightField> caustic;
+    if (scene.bake.grids.caustic) caustic = causticGrid(field, flat);
+    if (run) *run = last;
+    return {std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+}
+
+Method waveMethod() {
+    return {"wave",
+            "Accumulated waves [Mercier 2014]: the light that a short pulse carries through the water, diffraction included",
+            {"irradiance", "direction", "caustic", "density"},
+            optionSpecs(waveOptions()),
+            waveRefusal,
+            bakeFromCatalogue};
+}
+
+}  // namespace photic

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/wave_domain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "bake/tubes/launch_domain.h"
+
+namespace photic {
+namespace {
+
+constexpr int kBlock = kWaveSide;
+
+int floorDiv(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+/// Light and surface are the same after a step of the grid's width along an axis, and nothing ends them in between.
+bool repeats(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame, int axis,
+             int cells) {
+    if (axis == 2 || cells % kBlock != 0 || surface.outside == Outside::None) return false;
+    if (std::fabs(light.direction[axis]) > 1e-9) return false;
+    for (const Object& object : scene.objects) {
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        if (object.blocks() && (!plane || std::fabs(plane->normal[axis]) > 1e-9)) return false;
+    }
+    const glm::dvec3 low = frame.worldFromIndex(glm::dvec3(frame.min) - 0.5), high = frame.worldFromIndex(glm::dvec3(frame.max) + 0.5);
+    const HeightField& field = *surface.height_field;
+    const double tolerance = 1e-7 * (high - low)[axis];
+    constexpr int kSamples = 33;
+    for (int i = 0; i < kSamples; ++i)
+        for (int j = 0; j < kSamples; ++j) {
+            glm::dvec2 uv(glm::mix(glm::dvec2(low), glm::dvec2(high), glm::dvec2(i, j) / double(kSamples - 1)));
+            const SurfacePoint here = field.at(uv);
+            glm::dvec2 step(0);
+            step[axis] = (high - low)[axis];
+            const SurfacePoint there = field.at(uv + step);
+            if (std::fabs(here.position.z - there.position.z) > tolerance) return false;
+            if (glm::distance(glm::normalize(here.normal), glm::normalize(there.normal)) > 1e-6) return false;
+        }
+    return true;
+}
+
+/// The box of cells that is asked for, less what lies further than two voxels behind planes that block.
+void clipByPlanes(const Scene& scene, const WaveCells& cells, glm::ivec3& low, glm::ivec3& high) {
+    const glm::dvec3 middle = cells.world(0.5 * glm::dvec3(low + high));
+    for (const Object& object : scene.objects) {
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        if (!plane || !object.blocks()) continue;
+        for (int a = 0; a < 3; ++a) {
+            if (std::fabs(std::fabs(plane->normal[a]) - 1) > 1e-9) continue;
+            const double at = cells.cell(plane->point)[a];
+            const int past = 2 * cells.per_voxel + 1;
+            if (middle[a] > plane->point[a])
+                low[a] = std::max(low[a], static_cast<int>(std::floor(at)) - past);
+            else
+                high[a] = std::min(high[a], static_cast<int>(std::ceil(at)) + past);
+        }
+    }
+}
+
+}  // namespace
+
+WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame,
+                    const WaveDomainSettings& settings, WaveRelease& release) {
+    WaveCells cells;
+    cells.frame = frame, cells.per_voxel = settings.cells_per_voxel;
+    const int r = cells.per_voxel;
+    for (int a = 0; a < 3; ++a) cells.grid.spacing[a] = std::fabs(frame.world_from_index[a][a]) / r;
+    glm::ivec3 low = frame.min * r, high = (frame.max + 1) * r - 1;
+    clipByPlanes(scene, cells, low, high);
+
+    // Sideways: what light comes from, wider by half a Fresnel zone at the depth of the box.
+    const HeightField& field = *surface.height_field;
+    glm::dvec2 reach_low(0), reach_high(0);  // beyond the box, at the surface [cells]
+    const double bottom_world = cells.world(glm::dvec3(low)).z, depth = std::max(field.maxZ() - bottom_world, 0.0);
+    const double surface_top = cells.cell({0, 0, field.maxZ()}).z;
+    const glm::dvec2 margin = glm::dvec2(0.5 * std::sqrt(settings.wavelength * depth)) / glm::dvec2(cells.grid.spacing);
+    if (!settings.both_sides) {
+        GridFrame lit = frame;  // the box that planes have left
+        lit.min = glm::ivec3(glm::floor(glm::dvec3(low) / double(r))), lit.max = glm::ivec3(glm::floor(glm::dvec3(high) / double(r)));
+        const LaunchDomain launch = launchDomain(scene, surface, light, lit);
+        for (int a = 0; a < 2; ++a) {
+            cells.grid.periodic[static_cast<std::size_t>(a)] =
+                (high[a] - low[a] + 1) % kBlock == 0 && floorDiv(low[a], kBlock) * kBlock == low[a] &&
+                repeats(scene, surface, light, lit, a, high[a] - low[a] + 1);
+            if (cells.grid.periodic[static_cast<std::size_t>(a)] || launch.empty()) continue;
+            reach_low[a] = std::max(0.0, low[a] - cells.cell({launch.min.x, launch.min.y, 0})[a]) + margin[a];
+            reach_high[a] = std::max(0.0, cells.cell({launch.max.x, launch.max.y, 0})[a] - high[a]) + margin[a];
+        }
+    }
+
+    // The blocks of the box, with the layer around. Above: the driven cells.
+    const int layer = settings.absorber == WaveAbsorber::Sponge ? (settings.sponge_cells + kBlock - 1) / kBlock
+                      : settings.absorber == WaveAbsorber::Pml  ? 1
+                                                                : 0;
+    glm::ivec3 low_block, high_block;
+    for (int a = 0; a < 3; ++a) {
+        const bool wraps = cells.grid.periodic[static_cast<std::size_t>(a)];
+        const double before = a < 2 ? reach_low[a] : 0, after = a < 2 ? reach_high[a] : 0;
+        low_block[a] = floorDiv(static_cast<int>(std::floor(low[a] - before)), kBlock) - (wraps ? 0 : layer);
+        high_block[a] = floorDiv(static_cast<int>(std::ceil(high[a] + after)), kBlock) + (wraps ? 0 : layer);
+    }
+    if (!settings.both_sides) high_block.z = floorDiv(static_cast<int>(std::ceil(surface_top)) + 3, kBlock);
+    high_block = glm::max(high_block, low_block);
+    cells.low_block = low_block;
+    cells.grid.blocks = high_block - low_block + 1;
+    levelSurface(cells, surface, release);
+    if (settings.both_sides) return cells;
+
+    // Left out: blocks above the driven cells, and those that light on its way to the box does not pass.
+    const glm::ivec3 blocks = cells.grid.blocks;
+    std::vector<std::uint8_t> core(static_cast<std::size_t>(cells.grid.count()), 0);
+    const glm::ivec3 origin = cells.lowCell();
+    for (int b = 0; b < cells.grid.count(); ++b) {
+        const glm::ivec3 first = origin + cells.grid.place(b) * kBlock, last = first + (kBlock - 1);
+        bool inside = last.z >= low.z;
+        if (settings.absorber != WaveAbsorber::Pml) {  // the sponge lies along the sides of the box
+            core[static_cast<std::size_t>(b)] = 1;
+            continue;
+        }
+        const double up = std::clamp((last.z - low.z) / std::max(surface_top - low.z, 1.0), 0.0, 1.0);
+        for (int a = 0; a < 2; ++a) {
+            if (cells.grid.periodic[static_cast<std::size_t>(a)]) continue;
+            const double spread_low = (reach_low[a] - margin[a]) * up + margin[a], spread_high = (reach_high[a] - margin[a]) * up + margin[a];
+            inside = inside && last[a] >= low[a] - spread_low && first[a] <= high[a] + spread_high;
+        }
+        core[static_cast<std::size_t>(b)] = inside;
+    }
+    cells.grid.present.assign(core.size(), 0);
+    for (int b = 0; b < cells.grid.count(); ++b) {
+        const glm::ivec3 place = cells.grid.place(b);
+        bool keep = core[static_cast<std::size_t>(b)] != 0;
+        // The absorbing layer: beside or below what is kept.
+        for (int dx = -layer; dx <= layer && !keep; ++dx)
+            for (int dy = -layer; dy <= layer && !keep; ++dy)
+                for (int dz = 0; dz <= layer && !keep; ++dz) {
+                    const glm::ivec3 other = place + glm::ivec3(dx, dy, dz);
+                    if (other.x < 0 || other.y < 0 || other.x >= blocks.x || other.y >= blocks.y || other.z >= blocks.z) continue;
+                    keep = core[static_cast<std::size_t>(cells.grid.index(other))] != 0;
+                }
+        if (!keep) continue;
+        // Nothing is driven or wet in it.
+        int top = -1;
+        const glm::ivec3 first = place * kBlock;
+        const glm::ivec3 size = cells.size();
+        for (int x = first.x; x < first.x + kBlock; ++x)
+            for (int y = first.y; y < first.y + kBlock; ++y)
+                top = std::max(top, release.top[static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)]);
+        cells.grid.present[static_cast<std::size_t>(b)] = first.z <= top;
+    }
+    return cells;
+}
+
+}  // namespace photic
