@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -35,7 +36,7 @@ std::span<const OptionBinding<WaveOptions>> waveOptions() {
                                   "mercier: the paper's own variant (infinite index, at rest, second order, sponge, sum of phi)"),
         bindOption("wavelength", &O::wavelength, {0, 1e6}, "m", "of the pulse in the medium; 0: `points` cells"),
         bindOption("points", &O::points, {kFewestPoints, 1000}, "cells", "a wavelength, where `wavelength` is 0"),
-        bindOption("cells", &O::cells, {1, 4}, "", "of the waves, along each side of a voxel: 1, 2 or 4"),
+        bindOption("cells", &O::cells, {1, 8}, "", "of the waves, along each side of a voxel: 1, 2, 4 or 8"),
         bindOption<O, WaveAccumulate>("accumulate", &O::accumulate,
                                       {{"energy", WaveAccumulate::Energy}, {"amplitude", WaveAccumulate::Amplitude}},
                                       "phi_t^2, which tends to the irradiance, or the paper's sum of phi, which is harmonic"),
@@ -95,7 +96,7 @@ public:
         if (paper_)
             releaseAtRest(cells, release);
         else
-            releasePulse(cells, surface_, light_, pulse, release);
+            releasePulse(cells, surface_, light_, pulse, extinction, release);
 
         std::vector<std::uint8_t> wanted(static_cast<std::size_t>(cells.grid.count()));
         for (int b = 0; b < cells.grid.count(); ++b)
@@ -152,7 +153,7 @@ private:
                         fmt::format("a wavelength of {:.4g} m is {:.2g} cells of {:.4g} m, and waves need {:g} to run at all; use "
                                     "wavelength = {:.4g} or more, or cells = {} or a smaller voxel_size",
                                     run.wavelength, run.points, coarsest, kFewestPoints, kEnoughPoints * coarsest,
-                                    std::min(4, 2 * options_.cells)),
+                                    std::min(8, 2 * options_.cells)),
                         "wave.wavelength");
     }
 
@@ -161,7 +162,7 @@ private:
         const int r = cells.per_voxel;
         return needed_.slotOf({(b.x * kWaveSide) >> shift(r), (b.y * kWaveSide) >> shift(r), (b.z * kWaveSide) >> shift(r)});
     }
-    static int shift(int per_voxel) { return per_voxel == 4 ? 2 : per_voxel == 2 ? 1 : 0; }
+    static int shift(int per_voxel) { return std::countr_zero(static_cast<unsigned>(per_voxel)); }
 
     /// The part of a cell below the surface, from its middle.
     static float wetPart(const WaveCells& cells, const WaveRelease& release, const glm::ivec3& local) {
@@ -341,8 +342,9 @@ BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVox
                              Monitor& monitor) {
     WaveOptions options;
     applyOptions("wave", options, waveOptions(), given);
-    if (options.cells == 3)
-        throw Error(ErrorCode::Input, "option 'cells' of method 'wave' is 3; give 1, 2 or 4", given.at("cells").where);
+    if (!std::has_single_bit(static_cast<unsigned>(options.cells)))
+        throw Error(ErrorCode::Input, fmt::format("option 'cells' of method 'wave' is {}; give 1, 2, 4 or 8", options.cells),
+                    given.at("cells").where);
     return bakeWave(scene, std::move(needed), options, monitor);
 }
 

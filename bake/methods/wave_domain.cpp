@@ -76,18 +76,17 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
     const double bottom_world = cells.world(glm::dvec3(low)).z, depth = std::max(field.maxZ() - bottom_world, 0.0);
     const double surface_top = cells.cell({0, 0, field.maxZ()}).z;
     const glm::dvec2 margin = glm::dvec2(0.5 * std::sqrt(settings.wavelength * depth)) / glm::dvec2(cells.grid.spacing);
-    if (!settings.both_sides) {
-        GridFrame lit = frame;  // the box that planes have left
-        lit.min = glm::ivec3(glm::floor(glm::dvec3(low) / double(r))), lit.max = glm::ivec3(glm::floor(glm::dvec3(high) / double(r)));
-        const LaunchDomain launch = launchDomain(scene, surface, light, lit);
-        for (int a = 0; a < 2; ++a) {
-            cells.grid.periodic[static_cast<std::size_t>(a)] =
-                (high[a] - low[a] + 1) % kBlock == 0 && floorDiv(low[a], kBlock) * kBlock == low[a] &&
-                repeats(scene, surface, light, lit, a, high[a] - low[a] + 1);
-            if (cells.grid.periodic[static_cast<std::size_t>(a)] || launch.empty()) continue;
-            reach_low[a] = std::max(0.0, low[a] - cells.cell({launch.min.x, launch.min.y, 0})[a]) + margin[a];
-            reach_high[a] = std::max(0.0, cells.cell({launch.max.x, launch.max.y, 0})[a] - high[a]) + margin[a];
-        }
+    GridFrame lit = frame;  // the box that planes have left
+    lit.min = glm::ivec3(glm::floor(glm::dvec3(low) / double(r)));
+    lit.max = glm::ivec3(glm::floor(glm::dvec3(high) / double(r)));
+    const LaunchDomain launch = launchDomain(scene, surface, light, lit);
+    for (int a = 0; a < 2; ++a) {
+        const bool periodic = (high[a] - low[a] + 1) % kBlock == 0 && floorDiv(low[a], kBlock) * kBlock == low[a] &&
+                              repeats(scene, surface, light, lit, a, high[a] - low[a] + 1);
+        cells.grid.periodic[static_cast<std::size_t>(a)] = periodic;
+        if (periodic || settings.both_sides || launch.empty()) continue;
+        reach_low[a] = std::max(0.0, low[a] - cells.cell({launch.min.x, launch.min.y, 0})[a]) + margin[a];
+        reach_high[a] = std::max(0.0, cells.cell({launch.max.x, launch.max.y, 0})[a] - high[a]) + margin[a];
     }
 
     // The blocks of the box, with the layer around. Above: the driven cells.

@@ -109,7 +109,7 @@ void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& r
 }
 
 void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
-                  WaveRelease& release) {
+                  double extinction, WaveRelease& release) {
     const glm::ivec3 size = cells.size(), low = cells.lowCell();
     const Refractor rays(surface, light.direction);
     const double slowness = surface.ior_above / surface.ior_below;
@@ -150,7 +150,7 @@ void releasePulse(const WaveCells& cells, const Surface& surface, const Light& l
                 const double along = (point.z - ray.position.z) / ray.direction.z;
                 WaveDriven d;
                 d.block = block, d.cell = static_cast<std::uint16_t>(offsetOf(local));
-                d.amplitude = static_cast<float>(std::sqrt(irradiance));
+                d.amplitude = static_cast<float>(std::sqrt(irradiance) * std::exp(-0.5 * extinction * along));
                 d.arrival = slowness * glm::dot(light.direction, ray.position) + along;
                 out.driven.push_back(d);
                 const double below = level + 0.5 - z;

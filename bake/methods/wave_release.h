@@ -17,7 +17,7 @@ namespace photic {
 /// voxels' leaves.
 struct WaveCells {
     GridFrame frame;                ///< of the voxels, axis-aligned
-    int per_voxel = 1;              ///< along each axis: 1, 2 or 4
+    int per_voxel = 1;              ///< along each axis: 1, 2, 4 or 8
     glm::ivec3 low_block{0};        ///< block (0, 0, 0) of `grid`, in blocks from the voxels' origin
     WaveGrid grid;
 
@@ -56,9 +56,9 @@ void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& r
 /// A pulse along the interface at the light's arrival time there: Snell's law and Fresnel's transmittance at the smooth
 /// surface, arrival n1/n2 (d . y) + |x - y| and amplitude sqrt(E0 T cos ti / cos tt / |J|) carried back along the ray to the
 /// cells just above the surface, whose values are then given for all times: one-sided, and exact as far as rays are.
-/// Times are lengths in the medium below. Needs levelSurface().
+/// Times are lengths in the medium below, whose `extinction` is in 1/m. Needs levelSurface().
 void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
-                  WaveRelease& release);
+                  double extinction, WaveRelease& release);
 
 /// The paper's start [Mercier 2014, algorithm 3]: phi = 1 at rest in the cells that the surface cuts. Needs levelSurface().
 void releaseAtRest(const WaveCells& cells, WaveRelease& release);

@@ -8,7 +8,7 @@ namespace photic {
 
 /// What ends the waves at an open side of the domain.
 enum class WaveAbsorber {
-    Pml,     ///< a perfectly matched layer of one block (8 cells)
+    Pml,     ///< a perfectly matched layer of one block (8 cells), before a mirror on x and y: waves along it stay straight
     Sponge,  ///< damping that grows through a band of cells [Mercier 2014, section 4]
     Rigid    ///< phi = 0 beyond the last cell: everything is reflected
 };

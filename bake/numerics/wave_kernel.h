@@ -31,6 +31,7 @@ struct WaveWeights {
 struct WaveMemory {
     std::array<float*, 3> psi{}, zeta{};               ///< 512 cells each
     std::array<int, 3> outwards{};                     ///< 1 or -1
+    unsigned mirrors = 0;                              ///< bit per side: what lies beyond is the block's mirror image, not 0
     std::array<std::array<float, 8>, 3> a{}, b{}, a_half{}, b_half{};  ///< by cell along the axis; halfway outwards
 };
 

@@ -136,6 +136,14 @@ void matchAxis(const WavePadded& p, const WaveDifferences& d, const WaveMemory& 
 void stepMatched(const WaveBlock& block, const WaveWeights& w, const WaveMemory& memory) {
     alignas(64) WavePadded p;
     pad(block, p);
+    for (int k = 0; k < 2; ++k) {
+        if (memory.mirrors & 1u) std::memcpy(p[1 - k], p[2 + k], sizeof p[0]);
+        if (memory.mirrors & 2u) std::memcpy(p[10 + k], p[9 - k], sizeof p[0]);
+        for (int x = 2; x < 10; ++x) {
+            if (memory.mirrors & 4u) std::memcpy(p[x][1 - k], p[x][2 + k], sizeof p[0][0]);
+            if (memory.mirrors & 8u) std::memcpy(p[x][10 + k], p[x][9 - k], sizeof p[0][0]);
+        }
+    }
     alignas(64) float added[kWaveCells] = {};  // to the Laplacian
     if (memory.psi[0]) matchAxis<0>(p, w.d, memory, added);
     if (memory.psi[1]) matchAxis<1>(p, w.d, memory, added);

@@ -158,7 +158,9 @@ void WaveStepper::prepareKinds() {
         sponge.assign(at(cells), 0.0f);
         if (grid_.periodic[at(a)]) continue;
         for (int i = 0; i < cells; ++i) {
-            const double depth = settings_.sponge_cells - std::min(i, cells - 1 - i);
+            // Waves that are driven from above have no open side there.
+            const bool open_above = a < 2 || source_.held.empty();
+            const double depth = settings_.sponge_cells - (open_above ? std::min(i, cells - 1 - i) : i);
             sponge[at(i)] = static_cast<float>(spongeDamping(depth, settings_.sponge_cells, grid_.spacing[a], 1, dt_));
         }
     }
@@ -287,6 +289,8 @@ void WaveStepper::stepBlock(int number) {
 
 WaveMemory WaveStepper::memoryOf(const WaveActive& active) const {
     WaveMemory memory;
+    // Waves that run along a side would be bent by a wall of zeros behind the layer.
+    memory.mirrors = open_[at(active.block)] & 15u;
     float* next = active.memory;
     for (int a = 0; a < 3; ++a) {
         const int sides = open_[at(active.block)] >> (2 * a) & 3;

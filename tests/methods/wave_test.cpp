@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+// Waves against rays: closed forms where there are some, the method's own promises elsewhere.
+#include "bake/methods/wave.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "bake/field/grid_laws.h"
+#include "bake/field/scene_grid.h"
+#include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
+#include "bake/threads/parallel_for.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/wave_light.h"
+
+namespace photic {
+namespace {
+
+struct Result {
+    BakeResult bake;
+    WaveRun run;
+    const LightField& field() const { return bake.field; }
+};
+
+Result bakeText(const std::string& toml, const WaveOptions& options = {}) {
+    Monitor monitor;
+    const Scene scene = parseScene(toml, "test.toml", ".", 0, monitor);
+    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, sceneFrame(scene), monitor));
+    WaveRun run;
+    BakeResult bake = bakeWave(scene, needed, options, monitor, &run);
+    return {std::move(bake), run};
+}
+
+/// z = a cos(k x) under light that falls straight down, one voxel thin in y; a metre holds two waves and `cells` voxels.
+struct Ripples {
+    int cells = 64;
+    double extinction = 0;
+    int rows = 1;  ///< voxels along y
+    static constexpr double kAmplitude = 0.03, kWavelength = 0.5, kIor = 1.333, kBottom = -1.5, kTop = 0.0625;
+
+    std::string toml() const {
+        return fmt::format(R"(photic = 1
+[domain]
+min = [-0.5, 0.0, {bottom}]
+max = [0.5, {thickness}, {top}]
+voxel_size = {voxel}
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+irradiance = 1.0
+angular_diameter = 0
+[[surface]]
+name = "water"
+kind = "height_field"
+size = [2.0, 0.5]
+outside = "periodic"
+waves = [{{ amplitude = {amplitude}, wavelength = {wavelength}, direction = 0, phase = {phase:.17g} }}]
+[medium]
+absorption = {extinction}
+)",
+                           fmt::arg("bottom", kBottom), fmt::arg("top", kTop), fmt::arg("voxel", 1.0 / cells), fmt::arg("thickness", double(rows) / cells),
+                           fmt::arg("amplitude", kAmplitude), fmt::arg("wavelength", kWavelength),
+                           fmt::arg("phase", std::numbers::pi / 2), fmt::arg("extinction", extinction));
+    }
+    int layers() const { return static_cast<int>((kTop - kBottom) * cells + 0.5); }
+    truth::VoxelMeans truth() const {
+        const double k = 2 * std::numbers::pi / kWavelength;
+        return truth::WaveLight(truth::cosineProfile(kAmplitude, k), kIor, -1, 1, 1024, extinction)
+            .voxelMeans(-0.5, 1.0 / cells, cells, kBottom, 1.0 / cells, layers());
+    }
+};
+
+struct Errors {
+    double irradiance = 0, flux = 0, energy = 0;  ///< relative L1; sum over the truth's
+};
+Errors errorsOf(const Ripples& ripples, const LightField& field, const truth::VoxelMeans& means) {
+    Errors e;
+    double sum = 0, total = 0, flux = 0;
+    for (int k = 0; k < ripples.layers(); ++k)
+        for (int i = 0; i < ripples.cells; ++i) {
+            const auto m = means.index(i, k);
+            const glm::ivec3 v = field.frame().min + glm::ivec3(i, 0, k);
+            e.irradiance += std::fabs(field.irradiance(v) - means.fluence[m]);
+            const glm::dvec3 f(means.across[m], 0, -means.down[m]);
+            e.flux += glm::length(field.flux(v) - f), flux += glm::length(f);
+            sum += means.fluence[m], total += field.irradiance(v);
+        }
+    return {e.irradiance / sum, e.flux / flux, total / sum};
+}
+
+TEST(Wave, ErrorFallsAsTheRootOfTheWavelength) {
+    const Ripples ripples{64};
+    const truth::VoxelMeans means = ripples.truth();
+    const double wavelengths[] = {0.071, 0.036, 0.018};
+    Errors errors[3];
+    for (int i = 0; i < 3; ++i) {
+        WaveOptions options;
+        options.cells = 8, options.wavelength = wavelengths[i];
+        errors[i] = errorsOf(ripples, bakeText(ripples.toml(), options).field(), means);
+        fmt::print("  wavelength {:.3f} m: relative L1 {:.4f}, of the flux {:.4f}, energy {:.4f}\n", wavelengths[i],
+                   errors[i].irradiance, errors[i].flux, errors[i].energy);
+        EXPECT_NEAR(errors[i].energy, 1, 5e-3);
+    }
+    for (int i = 0; i < 2; ++i) {
+        const double octaves = std::log2(wavelengths[i] / wavelengths[i + 1]);
+        EXPECT_GE(std::log2(errors[i].irradiance / errors[i + 1].irradiance) / octaves, 0.5) << i;
+        EXPECT_GE(std::log2(errors[i].flux / errors[i + 1].flux) / octaves, 0.5) << i;
+    }
+    EXPECT_LT(errors[2].irradiance, 0.16);
+}
+
+TEST(Wave, LayersCarryTheSamePower) {
+    const Ripples ripples{64};
+    WaveOptions options;
+    options.cells = 2;
+    const std::vector<double> power = layerPower(bakeText(ripples.toml(), options).field());
+    double expected = 0;
+    const double k = 2 * std::numbers::pi / Ripples::kWavelength;
+    for (int i = 0; i < 1024; ++i) {
+        const double slope = k * Ripples::kAmplitude * std::sin(2 * std::numbers::pi * (i + 0.5) / 1024);
+        expected += truth::fresnelTransmittance(1 / std::hypot(1, slope), 1, Ripples::kIor) / 1024;
+    }
+    expected /= ripples.cells;  // through a strip one voxel wide
+    const auto wet = static_cast<std::size_t>((-Ripples::kAmplitude - Ripples::kBottom) * ripples.cells);
+    for (std::size_t layer = 0; layer + 1 < wet; ++layer) EXPECT_NEAR(power[layer] / expected, 1, 0.01) << layer;
+}
+
+TEST(Wave, AbsorptionIsBeersLaw) {
+    const Ripples clear{32}, murky{32, 1.2};
+    WaveOptions options;
+    options.cells = 2;
+    const Errors a = errorsOf(clear, bakeText(clear.toml(), options).field(), clear.truth());
+    const Errors b = errorsOf(murky, bakeText(murky.toml(), options).field(), murky.truth());
+    EXPECT_NEAR(b.energy, a.energy, 1e-2);
+    EXPECT_LT(b.irradiance, 1.1 * a.irradiance);
+}
+
+/// A pool in a box; flat, or with two waves.
+struct Pool {
+    bool flat = true;
+    std::string direction = "[0.3, -0.4, -0.8]";
+    double irradiance = 800, absorption = 0;
+    glm::dvec3 shift{0};
+    std::string extra;
+    std::string toml() const {
+        return fmt::format(R"(photic = 1
+[domain]
+min = [{}, {}, {}]
+max = [{}, {}, {}]
+voxel_size = 0.03125
+[[light]]
+type = "sun"
+direction = {}
+irradiance = {}
+angular_diameter = 0
+[[surface]]
+name = "water"
+kind = "height_field"
+size = [4.0, 4.0]
+center = [{}, {}, {}]
+outside = "flat"
+{}
+[medium]
+absorption = {}
+{}
+)",
+                           -0.5 + shift.x, -0.5 + shift.y, -0.75 + shift.z, 0.5 + shift.x, 0.5 + shift.y, 0.125 + shift.z,
+                           direction, irradiance, shift.x, shift.y, shift.z,
+                           flat ? "flat = true"
+                                : "waves = [{ amplitude = 0.02, wavelength = 0.8, direction = 20, phase = 0.4 },\n"
+                                  "         { amplitude = 0.01, wavelength = 0.5, direction = 95, phase = 1.7 }]",
+                           absorption, extra);
+    }
+};
+
+template <class Body>
+void forEachVoxel(const GridFrame& f, Body body) {
+    for (int i = f.min.x; i <= f.max.x; ++i)
+        for (int j = f.min.y; j <= f.max.y; ++j)
+            for (int k = f.min.z; k <= f.max.z; ++k) body(glm::ivec3(i, j, k));
+}
+
+TEST(Wave, FlatWaterFollowsSnellFresnelAndBeer) {
+    const glm::dvec3 d = glm::normalize(glm::dvec3(0.3, -0.4, -0.8));
+    for (const double absorption : {0.0, 1.5}) {
+        const truth::PlaneWater water{800, -d.z, 1, 1.333, absorption};
+        const glm::dvec3 w(d.x / 1.333, d.y / 1.333, -water.cosBelow());
+        Pool pool;
+        pool.absorption = absorption;
+        const Result result = bakeText(pool.toml());
+        double error = 0, sum = 0, worst = 0, angle = 0;
+        int above = 0;
+        forEachVoxel(result.field().frame(), [&](const glm::ivec3& v) {
+            if (v.z >= 0) {
+                above += result.field().irradiance(v) != 0;
+                return;
+            }
+            const double top = -(v.z + 1) * 0.03125, expected = water.meanFluence(top, top + 0.03125);
+            const double e = std::fabs(result.field().irradiance(v) - expected);
+            error += e, sum += expected, worst = std::max(worst, e / expected);
+            angle = std::max(angle, std::acos(std::min(1.0, glm::dot(glm::normalize(result.field().flux(v)), w))));
+        });
+        fmt::print("  flat water, absorption {}: relative L1 {:.4f}, worst {:.4f}, direction {:.2f} degrees\n", absorption,
+                   error / sum, worst, angle * 180 / std::numbers::pi);
+        EXPECT_LT(error / sum, 0.01);
+        // At the corner where light comes in from two sides the edges of the driven patch diffract into the box.
+        EXPECT_LT(worst, 0.16);
+        EXPECT_LT(angle, 0.05);
+        EXPECT_EQ(above, 0) << "the pulse is one-sided";
+    }
+}
+
+TEST(Wave, DoubledLightDoublesAndLightsAdd) {
+    Pool pool;
+    pool.flat = false;
+    const Result one = bakeText(pool.toml());
+    pool.irradiance = 1600;
+    const Result two = bakeText(pool.toml());
+    pool.irradiance = 800;
+    pool.extra = "[[light]]\ntype = \"sun\"\ndirection = [0.3, -0.4, -0.8]\nirradiance = 800\nangular_diameter = 0\n";
+    const Result both = bakeText(pool.toml());
+    double worst = 0, brightest = 0;
+    forEachVoxel(one.field().frame(), [&](const glm::ivec3& v) {
+        const double a = 2 * one.field().irradiance(v);
+        worst = std::max({worst, std::fabs(two.field().irradiance(v) - a), std::fabs(both.field().irradiance(v) - a)});
+        brightest = std::max(brightest, a);
+    });
+    EXPECT_GT(brightest, 1600);
+    EXPECT_LT(worst, 1e-5 * brightest);
+}
+
+TEST(Wave, FarFromTheOriginNothingChanges) {
+    Pool pool;
+    pool.flat = false;
+    const Result here = bakeText(pool.toml());
+    pool.shift = glm::dvec3(1 << 22, -(1 << 21), 1 << 20) * 0.03125;
+    const Result there = bakeText(pool.toml());
+    double difference = 0, sum = 0;
+    const glm::ivec3 step(1 << 22, -(1 << 21), 1 << 20);
+    forEachVoxel(here.field().frame(), [&](const glm::ivec3& v) {
+        difference += std::fabs(there.field().irradiance(v + step) - here.field().irradiance(v)), sum += here.field().irradiance(v);
+    });
+    EXPECT_GT(sum, 0);
+    EXPECT_LT(difference / sum, 1e-4);
+}
+
+TEST(Wave, ThreadsChangeNoBitAndFluxIsWithinIrradiance) {
+    Pool pool;
+    pool.flat = false;
+    std::vector<Result> results;
+    for (const int threads : {1, 2, 3}) {
+        setThreadCount(threads);
+        results.push_back(bakeText(pool.toml()));
+    }
+    setThreadCount(0);
+    for (const LawCheck& check : checkLaws(results[0].field())) EXPECT_TRUE(check.holds) << check.name << check.value;
+    const LightField& a = results[0].field();
+    for (const Result& r : results)
+        for (int slot = 0; slot < a.leafCount(); ++slot) {
+            ASSERT_EQ(a.state(slot), r.field().state(slot));
+            if (a.state(slot) != LeafState::Dense) continue;
+            ASSERT_EQ(std::memcmp(a.dense(slot), r.field().dense(slot), sizeof(float) * 4 * 512), 0);
+        }
+}
+
+TEST(Wave, BytesOfAVoxelAndOfTheBand) {
+    Pool pool;
+    pool.flat = false;
+    const Result r = bakeText(pool.toml());
+    // Two levels and four sums in the band (24 bytes a cell), no sums but memory in the layer around; the field's own four.
+    const double cell = static_cast<double>(r.run.counts.peak_bytes) / static_cast<double>(r.run.counts.peak_blocks * kWaveCells);
+    EXPECT_GT(cell, 8);
+    EXPECT_LT(cell, 24.5);
+    EXPECT_NEAR(static_cast<double>(r.field().bytes()) / (32 * 32 * 32), 16, 1);
+    EXPECT_LT(r.run.counts.block_steps, r.run.counts.blocks * r.run.counts.steps * 3 / 4);
+}
+
+std::string complaint(const std::string& toml, const WaveOptions& options) {
+    try {
+        bakeText(toml, options);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::Input);
+        return error.what();
+    }
+    return {};
+}
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool warned(const Result& r, const std::string& part) {
+    for (const std::string& w : r.bake.report.warnings)
+        if (has(w, part)) return true;
+    return false;
+}
+
+TEST(Wave, WavelengthsThatTheGridCannotHoldAreRefusedOrWarnedOf) {
+    Pool pool;
+    WaveOptions options;
+    options.wavelength = 2.9 * 0.03125;
+    const std::string message = complaint(pool.toml(), options);
+    EXPECT_TRUE(has(message, "is 2.9 cells")) << message;
+    EXPECT_TRUE(has(message, "cells = 2")) << message;
+    options.wavelength = 3.5 * 0.03125;
+    EXPECT_TRUE(warned(bakeText(pool.toml(), options), "cells a wavelength: along the axes waves lag"));
+    pool.flat = false;
+    options.wavelength = 8 * 0.03125;
+    const Result coarse = bakeText(pool.toml(), options);
+    EXPECT_FALSE(warned(coarse, "waves lag"));
+    EXPECT_TRUE(warned(coarse, "longer than the surface's details"));
+    EXPECT_TRUE(warned(coarse, "caustics"));
+}
+
+TEST(Wave, TheSpongeReflectsAndTheMatchedLayerDoesNot) {
+    const Ripples ripples{32};
+    WaveOptions options;
+    options.cells = 8, options.points = 12, options.threshold = 1e-3;
+    const LightField pml = bakeText(ripples.toml(), options).bake.field;
+    options.absorber = WaveAbsorber::Sponge, options.sponge_cells = 8;
+    const LightField sponge = bakeText(ripples.toml(), options).bake.field;
+    options.sponge_cells = 64;
+    const LightField wide = bakeText(ripples.toml(), options).bake.field;
+    const auto difference = [&](const LightField& a, const LightField& b) {
+        double d = 0, s = 0;
+        forEachVoxel(a.frame(), [&](const glm::ivec3& v) { d += std::fabs(a.irradiance(v) - b.irradiance(v)), s += b.irradiance(v); });
+        return d / s;
+    };
+    EXPECT_LT(difference(wide, pml), 0.01);
+    EXPECT_GT(difference(sponge, pml), 2 * difference(wide, pml));
+}
+
+/// [Mercier 2014, section 4] as a preset, and what its sum cannot show.
+TEST(Wave, ThePapersSumShowsNoCaustics) {
+    const Ripples ripples{64, 0, 8};
+    WaveOptions options;
+    options.preset = WavePreset::Mercier;
+    const Result paper = bakeText(ripples.toml(), options);
+    EXPECT_TRUE(warned(paper, "harmonic"));
+    options = {};
+    const Result energy = bakeText(ripples.toml(), options);
+    // Contrast along x, a metre below the surface.
+    const auto contrast = [&](const LightField& field) {
+        double low = 1e30, high = 0;
+        const int k = static_cast<int>((-1.0 - Ripples::kBottom) * 64);
+        for (int i = 0; i < 64; ++i) {
+            const double e = field.irradiance(field.frame().min + glm::ivec3(i, 0, k));
+            low = std::min(low, e), high = std::max(high, e);
+        }
+        return high / low;
+    };
+    // Started at rest, the sum is harmonic everywhere and vanishes: next to nothing of the 1 of a plane front is left.
+    double most = 0;
+    forEachVoxel(paper.field().frame(), [&](const glm::ivec3& v) {
+        if (v.z < -8) most = std::max(most, paper.field().irradiance(v));
+    });
+    // Clamped at 0 it is not harmonic, and a cloud without caustics.
+    options = {};
+    options.preset = WavePreset::Mercier, options.clamp = true;
+    const LightField clamped = bakeText(ripples.toml(), options).bake.field;
+    fmt::print("  the paper's sum at most {:.3f}; contrast a metre down: clamped {:.3f}, energy {:.2f}\n", most, contrast(clamped),
+               contrast(energy.field()));
+    EXPECT_LT(most, 0.1);
+    EXPECT_LT(contrast(clamped), 1.2);
+    EXPECT_GT(contrast(energy.field()), 4);
+    // a * phi^b
+    options.exponent = 4, options.gain = 0.5;
+    const LightField sharpened = bakeText(ripples.toml(), options).bake.field;
+    EXPECT_NEAR(std::log(contrast(sharpened)) / std::log(contrast(clamped)), 4, 0.05);
+    const glm::ivec3 voxel = clamped.frame().min + glm::ivec3(20, 3, 40);
+    EXPECT_NEAR(sharpened.irradiance(voxel) / (0.5 * std::pow(clamped.irradiance(voxel), 4)), 1, 1e-3);
+}
+
+TEST(Wave, ItsAmplitudeIsHarmonicBelowTheSurface) {
+    const Ripples ripples{64};
+    WaveOptions options;
+    options.accumulate = WaveAccumulate::Amplitude, options.points = 8, options.threshold = 1e-4;
+    const LightField sum = bakeText(ripples.toml(), options).bake.field;
+    double laplacian = 0, curvature = 0;
+    for (int k = 4; k < 80; ++k)
+        for (int i = 1; i < 63; ++i) {
+            const auto at = [&](int x, int z) { return sum.irradiance(sum.frame().min + glm::ivec3(x, 0, z)); };
+            const double xx = at(i - 1, k) - 2 * at(i, k) + at(i + 1, k), zz = at(i, k - 1) - 2 * at(i, k) + at(i, k + 1);
+            laplacian += std::fabs(xx + zz), curvature += std::fabs(at(i, k));
+        }
+    EXPECT_LT(laplacian / curvature, 2e-3);
+}
+
+TEST(Wave, CannotBakeWhatItCannot) {
+    const auto refusal = [](const std::string& extra, const std::string& replace = {}, const std::string& with = {}) {
+        std::string toml = Pool{.extra = extra}.toml();
+        if (!replace.empty()) toml.replace(toml.find(replace), replace.size(), with);
+        Monitor monitor;
+        return std::string(waveMethod().refusal(parseScene(toml, "test.toml", ".", 0, monitor)));
+    };
+    EXPECT_EQ(refusal(""), "");
+    EXPECT_EQ(refusal("[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -0.7], normal = [0, 0, 1] }\n"), "");
+    const char* const slope = "[[object]]\nname = \"slope\"\nplane = { point = [0, 0, -0.7], normal = [0, 0.3, 1] }\n";
+    EXPECT_TRUE(has(refusal(slope), "role = \"movable\""));
+    EXPECT_EQ(refusal(std::string(slope) + "role = \"movable\"\n"), "");
+    EXPECT_TRUE(has(refusal("", "outside = \"flat\"", "outside = \"flat\"\nevent = \"reflect\""), "beams"));
+    EXPECT_TRUE(has(refusal("", "voxel_size = 0.03125", "voxel_size = 0.03125\nshear = \"light\""), "shear"));
+    EXPECT_TRUE(has(refusal("[bake]\ngrids = [\"arrival_time\"]\n"), "arrival_time"));
+    EXPECT_THROW(waveMethod().bake({}, nullptr, {{"cells", {std::int64_t{3}, "test"}}}, *std::make_unique<Monitor>()), Error);
+}
+
+}  // namespace
+}  // namespace photic
