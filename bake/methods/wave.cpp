@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <numbers>
 
 #include "bake/field/disc_blur.h"
@@ -32,19 +33,23 @@ constexpr double kFewestPoints = 3, kEnoughPoints = 5;
 std::span<const OptionBinding<WaveOptions>> waveOptions() {
     using O = WaveOptions;
     static const std::vector<OptionBinding<O>> bindings{
-        bindOption<O, WavePreset>("preset", &O::preset, {{"none", WavePreset::None}, {"mercier", WavePreset::Mercier}},
-                                  "mercier: the paper's own variant (infinite index, at rest, second order, sponge, sum of phi)"),
+        bindOption<O, WavePreset>(
+            "preset", &O::preset, {{"none", WavePreset::None}, {"mercier", WavePreset::Mercier}},
+            "mercier: the paper's own variant (infinite index, at rest, second order, sponge, sum of phi)"),
         bindOption("wavelength", &O::wavelength, {0, 1e6}, "m", "of the pulse in the medium; 0: `points` cells"),
         bindOption("points", &O::points, {kFewestPoints, 1000}, "cells", "a wavelength, where `wavelength` is 0"),
         bindOption("cells", &O::cells, {1, 8}, "", "of the waves, along each side of a voxel: 1, 2, 4 or 8"),
-        bindOption<O, WaveAccumulate>("accumulate", &O::accumulate,
-                                      {{"energy", WaveAccumulate::Energy}, {"amplitude", WaveAccumulate::Amplitude}},
-                                      "phi_t^2, which tends to the irradiance, or the paper's sum of phi, which is harmonic"),
-        bindOption<O, WaveAbsorber>("absorber", &O::absorber, {{"pml", WaveAbsorber::Pml}, {"sponge", WaveAbsorber::Sponge}},
+        bindOption<O, WaveAccumulate>(
+            "accumulate", &O::accumulate,
+            {{"energy", WaveAccumulate::Energy}, {"amplitude", WaveAccumulate::Amplitude}},
+            "phi_t^2, which tends to the irradiance, or the paper's sum of phi, which is harmonic"),
+        bindOption<O, WaveAbsorber>("absorber", &O::absorber,
+                                    {{"pml", WaveAbsorber::Pml}, {"sponge", WaveAbsorber::Sponge}},
                                     "at the open sides: a matched layer of 8 cells, or the paper's band of damping"),
         bindOption("sponge_cells", &O::sponge_cells, {4, 256}, "cells", "width of the sponge"),
         bindOption("courant", &O::courant, {0.05, 1}, "", "time step over the largest stable one"),
-        bindOption("threshold", &O::threshold, {1e-6, 0.1}, "", "amplitude, over that of unfocused light, below which blocks are given up"),
+        bindOption("threshold", &O::threshold, {1e-6, 0.1}, "",
+                   "amplitude, over that of unfocused light, below which blocks are given up"),
         bindOption("disc", &O::disc, "blur by the sun's disc, where one blur a layer serves; otherwise a point sun"),
         bindOption("clamp", &O::clamp, "preset mercier: phi >= 0 after each step"),
         bindOption("gain", &O::gain, {0, 1e6}, "", "a of a * phi^b, of the amplitude"),
@@ -73,8 +78,14 @@ double lag(double points) { return std::pow(2 * std::numbers::pi / points, 4) / 
 /// One light through one surface.
 class WaveBake {
 public:
-    WaveBake(const Scene& scene, const Light& light, const NeededVoxels& needed, const WaveOptions& options, Monitor& monitor)
-        : scene_(scene), surface_(scene.surfaces.front()), light_(light), needed_(needed), options_(options), monitor_(monitor) {
+    WaveBake(const Scene& scene, const Light& light, const NeededVoxels& needed, const WaveOptions& options,
+             Monitor& monitor)
+        : scene_(scene),
+          surface_(scene.surfaces.front()),
+          light_(light),
+          needed_(needed),
+          options_(options),
+          monitor_(monitor) {
         paper_ = options.preset == WavePreset::Mercier;
     }
 
@@ -83,14 +94,16 @@ public:
         const auto start = Clock::now();
         const GridFrame& frame = needed_.frame();
         double coarsest = 0;
-        for (int a = 0; a < 3; ++a) coarsest = std::max(coarsest, std::fabs(frame.world_from_index[a][a]) / options_.cells);
+        for (int a = 0; a < 3; ++a)
+            coarsest = std::max(coarsest, std::fabs(frame.world_from_index[a][a]) / options_.cells);
         run.wavelength = options_.wavelength > 0 ? options_.wavelength : options_.points * coarsest;
         run.points = run.wavelength / coarsest;
         checkResolution(run, coarsest);
 
         WaveRelease release;
-        const WaveCells cells = waveCells(scene_, surface_, light_, frame,
-                                          {options_.cells, run.wavelength, options_.absorber, options_.sponge_cells, paper_}, release);
+        const WaveCells cells =
+            waveCells(scene_, surface_, light_, frame,
+                      {options_.cells, run.wavelength, options_.absorber, options_.sponge_cells, paper_}, release);
         const WavePulse pulse =
             WavePulse::ofWavelength(run.wavelength, amplitude() ? PulseShape::Bump : PulseShape::Slope);
         if (paper_)
@@ -99,8 +112,7 @@ public:
             releasePulse(cells, surface_, light_, pulse, extinction, release);
 
         std::vector<std::uint8_t> wanted(static_cast<std::size_t>(cells.grid.count()));
-        for (int b = 0; b < cells.grid.count(); ++b)
-            wanted[static_cast<std::size_t>(b)] = slotOf(cells, b) >= 0;
+        for (int b = 0; b < cells.grid.count(); ++b) wanted[static_cast<std::size_t>(b)] = slotOf(cells, b) >= 0;
         WaveSettings settings;
         settings.order = paper_ ? 2 : 4;
         settings.courant = options_.courant;
@@ -111,8 +123,9 @@ public:
         settings.sum_field = amplitude();
         settings.clamp = paper_ && options_.clamp;
         settings.threshold = options_.threshold * (paper_ ? 1 : std::sqrt(unfocused(surface_, light_)));
-        // phi_t^2 has twice the frequency of phi: with fewer points a step would be missed.
-        settings.sum_every = paper_ ? 1 : 2;
+        // phi_t^2 has twice the frequency of phi, and 13 steps a period at 6 cells a wavelength: every third step
+        // samples it finely enough (tests/methods), and the sums are most of the traffic with memory.
+        settings.sum_every = paper_ ? 1 : std::clamp(static_cast<int>(run.points / 2), 1, 4);
 
         report.seconds.emplace_back("release", secondsSince(start));
 
@@ -149,18 +162,21 @@ private:
 
     void checkResolution(const WaveRun& run, double coarsest) {
         if (run.points < kFewestPoints * (1 - 1e-9))
-            throw Error(ErrorCode::Input,
-                        fmt::format("a wavelength of {:.4g} m is {:.2g} cells of {:.4g} m, and waves need {:g} to run at all; use "
-                                    "wavelength = {:.4g} or more, or cells = {} or a smaller voxel_size",
-                                    run.wavelength, run.points, coarsest, kFewestPoints, kEnoughPoints * coarsest,
-                                    std::min(8, 2 * options_.cells)),
-                        "wave.wavelength");
+            throw Error(
+                ErrorCode::Input,
+                fmt::format(
+                    "a wavelength of {:.4g} m is {:.2g} cells of {:.4g} m, and waves need {:g} to run at all; use "
+                    "wavelength = {:.4g} or more, or cells = {} or a smaller voxel_size",
+                    run.wavelength, run.points, coarsest, kFewestPoints, kEnoughPoints * coarsest,
+                    std::min(8, 2 * options_.cells)),
+                "wave.wavelength");
     }
 
     int slotOf(const WaveCells& cells, int block) const {
         const glm::ivec3 b = cells.low_block + cells.grid.place(block);
         const int r = cells.per_voxel;
-        return needed_.slotOf({(b.x * kWaveSide) >> shift(r), (b.y * kWaveSide) >> shift(r), (b.z * kWaveSide) >> shift(r)});
+        return needed_.slotOf(
+            {(b.x * kWaveSide) >> shift(r), (b.y * kWaveSide) >> shift(r), (b.z * kWaveSide) >> shift(r)});
     }
     static int shift(int per_voxel) { return std::countr_zero(static_cast<unsigned>(per_voxel)); }
 
@@ -173,7 +189,8 @@ private:
     }
 
     /// Adds a block's sums to the voxels that it lies in.
-    void fold(const WaveCells& cells, const WaveRelease& release, int block, const float* sums, unsigned channels, LightField& field) {
+    void fold(const WaveCells& cells, const WaveRelease& release, int block, const float* sums, unsigned channels,
+              LightField& field) {
         const int slot = slotOf(cells, block);
         if (slot < 0) return;
         float* out = field.makeDense(slot);
@@ -185,15 +202,20 @@ private:
         const float* amplitude_sum = amplitude() ? sums + (flux ? 4 : 0) * kWaveCells : nullptr;
         for (int i = 0; i < kWaveCells; ++i) {
             const glm::ivec3 local = place + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
-            const int v = NeededVoxels::offsetInLeaf((origin + local) >> s);
+            const glm::ivec3 cell = origin + local;
+            if (glm::any(glm::lessThan(cell, cells.asked_low)) || glm::any(glm::greaterThan(cell, cells.asked_high)))
+                continue;
+            const int v = NeededVoxels::offsetInLeaf(cell >> s);
             if (!NeededVoxels::maskBit(mask, v)) continue;
             const double wet = wetPart(cells, release, local) * share;
             if (wet <= 0) continue;
             double energy = sums[i] * scale_energy_;
             glm::dvec3 f(0);
-            if (flux) f = scale_flux_ * glm::dvec3(sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]);
+            if (flux)
+                f = scale_flux_ * glm::dvec3(sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]);
             if (amplitude_sum) {
-                const double value = options_.gain * std::pow(std::max(0.0, double(amplitude_sum[i]) * scale_field_), options_.exponent);
+                const double value =
+                    options_.gain * std::pow(std::max(0.0, double(amplitude_sum[i]) * scale_field_), options_.exponent);
                 f *= energy > 0 ? value / std::max(energy, glm::length(f)) : 0.0;
                 energy = value;
             }
@@ -201,7 +223,8 @@ private:
         }
     }
 
-    void add(float* out, int v, int light_channels, unsigned channels, double energy, const glm::dvec3& f, bool flux) const {
+    void add(float* out, int v, int light_channels, unsigned channels, double energy, const glm::dvec3& f,
+             bool flux) const {
         double mean = 0;
         for (int c = 0; c < light_channels; ++c) {
             if ((channels >> c & 1) == 0) continue;
@@ -219,17 +242,21 @@ private:
         for (const WaveRim& rim : release.rim) {
             const glm::ivec3 voxel = rim.cell >> s;
             if (!needed_.contains(voxel)) continue;
-            add(field.makeDense(needed_.slotOf(voxel)), NeededVoxels::offsetInLeaf(voxel), field.channels().irradiance, channels,
-                rim.energy * share, glm::dvec3(rim.direction) * double(rim.energy) * share, field.channels().flux);
+            add(field.makeDense(needed_.slotOf(voxel)), NeededVoxels::offsetInLeaf(voxel), field.channels().irradiance,
+                channels, rim.energy * share, glm::dvec3(rim.direction) * double(rim.energy) * share,
+                field.channels().flux);
         }
     }
 
-    void fillReport(const WaveRelease& release, double extinction, unsigned channels, const WaveRun& run, BakeReport& report) {
+    void fillReport(const WaveRelease& release, double extinction, unsigned channels, const WaveRun& run,
+                    BakeReport& report) {
         const double all = static_cast<double>(run.counts.blocks) * static_cast<double>(run.counts.steps);
         report.skipped.push_back(fmt::format(
-            "{:.0f} % of a full grid's {} steps: the band held {:.1f} % of {} blocks on average, {:.1f} % at most, {:.1f} bytes a cell of it",
-            100 - 100 * static_cast<double>(run.counts.block_steps) / all, run.counts.steps, 100 * static_cast<double>(run.counts.block_steps) / all,
-            run.counts.blocks, 100 * static_cast<double>(run.counts.peak_blocks) / static_cast<double>(run.counts.blocks),
+            "{:.0f} % of a full grid's {} steps: the band held {:.1f} % of {} blocks on average, {:.1f} % at most, "
+            "{:.1f} bytes a cell of it",
+            100 - 100 * static_cast<double>(run.counts.block_steps) / all, run.counts.steps,
+            100 * static_cast<double>(run.counts.block_steps) / all, run.counts.blocks,
+            100 * static_cast<double>(run.counts.peak_blocks) / static_cast<double>(run.counts.blocks),
             static_cast<double>(run.counts.peak_bytes) / static_cast<double>(run.counts.peak_blocks * kWaveCells)));
         const auto warn = [&](std::string text) {
             if (std::find(report.warnings.begin(), report.warnings.end(), text) != report.warnings.end()) return;
@@ -238,32 +265,39 @@ private:
         };
         const HeightField& field = *surface_.height_field;
         if (paper_) {
-            warn("preset mercier is the paper's: rays leave the surface at right angles (infinite index), and the sum of phi is "
-                 "harmonic, so that it shows no caustics");
+            warn(
+                "preset mercier is the paper's: rays leave the surface at right angles (infinite index), and the sum "
+                "of phi is "
+                "harmonic, so that it shows no caustics");
             return;
         }
         if (run.points < kEnoughPoints)
-            warn(fmt::format("{:.2g} cells a wavelength: along the axes waves lag {:.1f} % behind the light and bend it; {:g} "
-                             "lag {:.1f} % (raise points, or cells)",
-                             run.points, 100 * lag(run.points), kEnoughPoints + 1, 100 * lag(kEnoughPoints + 1)));
+            warn(fmt::format(
+                "{:.2g} cells a wavelength: along the axes waves lag {:.1f} % behind the light and bend it; {:g} "
+                "lag {:.1f} % (raise points, or cells)",
+                run.points, 100 * lag(run.points), kEnoughPoints + 1, 100 * lag(kEnoughPoints + 1)));
         if (run.wavelength > field.featureSize())
-            warn(fmt::format("the wavelength, {:.3g} m, is longer than the surface's details of {:.3g} m, whose light it cannot "
-                             "focus; use a smaller voxel_size, or cells",
-                             run.wavelength, field.featureSize()));
+            warn(fmt::format(
+                "the wavelength, {:.3g} m, is longer than the surface's details of {:.3g} m, whose light it cannot "
+                "focus; use a smaller voxel_size, or cells",
+                run.wavelength, field.featureSize()));
         // A fold's Airy width (R / 2 k^2)^(1/3), R the caustic's radius of curvature, of the order of its depth.
         const GridFrame& frame = needed_.frame();
         const double depth = std::max(1e-9, field.maxZ() - frame.worldFromIndex(glm::dvec3(frame.min)).z);
         const double k = 2 * std::numbers::pi / run.wavelength, airy = std::cbrt(depth / (2 * k * k));
         const double voxel = std::cbrt(frame.voxelVolume());
         if (airy > voxel)
-            warn(fmt::format("caustics {:.2g} m deep are about {:.2g} m wide ({:.2g} voxels) at a wavelength of {:.3g} m; shorter "
-                             "waves (cells, a smaller voxel_size) are sharper",
-                             depth, airy, airy / voxel, run.wavelength));
+            warn(fmt::format(
+                "caustics {:.2g} m deep are about {:.2g} m wide ({:.2g} voxels) at a wavelength of {:.3g} m; shorter "
+                "waves (cells, a smaller voxel_size) are sharper",
+                depth, airy, airy / voxel, run.wavelength));
         if (release.folded > 1e-3)
-            warn(fmt::format("the surface bends more sharply than the cells resolve at {:.2g} % of it", 100 * release.folded));
+            warn(fmt::format("the surface bends more sharply than the cells resolve at {:.2g} % of it",
+                             100 * release.folded));
         if (release.turned_away > 0)
-            warn(fmt::format("{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
-                             100 * release.turned_away));
+            warn(fmt::format(
+                "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
+                100 * release.turned_away));
 
         // The wave's own ledger: what is launched, reflected, absorbed on the way; the rest leaves.
         const double irradiance = meanIrradiance(channels);
@@ -304,19 +338,24 @@ std::string waveRefusal(const Scene& scene) {
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
     if (scene.bake.grids.arrival_time) return "waves have no grid 'arrival_time'; leave it out of bake.grids";
     if (std::string refusal = specularRefusal(scene); !refusal.empty()) return refusal;
-    if (scene.surfaces.size() > 1) return "waves run from one surface; bake the others as scenes of their own, or use beams";
+    if (scene.surfaces.size() > 1)
+        return "waves run from one surface; bake the others as scenes of their own, or use beams";
     const Surface& surface = scene.surfaces.front();
     if (!surface.height_field) return "the surface is a mesh, and waves start from height fields; use beams";
-    if (surface.event != SurfaceEvent::Refract) return "waves are not built for reflections; use event = \"refract\", or beams";
-    if (scene.domain.shear_mode != ShearMode::None) return "the grid leans, and waves step on upright ones; use shear = \"none\"";
+    if (surface.event != SurfaceEvent::Refract)
+        return "waves are not built for reflections; use event = \"refract\", or beams";
+    if (scene.domain.shear_mode != ShearMode::None)
+        return "the grid leans, and waves step on upright ones; use shear = \"none\"";
     for (const Object& object : scene.objects) {
         if (!object.blocks()) continue;
         const Plane* plane = std::get_if<Plane>(&object.shape);
-        const bool upright = plane && std::max({std::fabs(plane->normal.x), std::fabs(plane->normal.y), std::fabs(plane->normal.z)}) > 1 - 1e-9;
+        const bool upright = plane && std::max({std::fabs(plane->normal.x), std::fabs(plane->normal.y),
+                                                std::fabs(plane->normal.z)}) > 1 - 1e-9;
         if (!upright)
-            return fmt::format("object '{}' blocks light and is no plane along the grid, and waves cast no shadows; give it role = "
-                               "\"movable\" (light then goes on behind it), or use beams",
-                               object.name);
+            return fmt::format(
+                "object '{}' blocks light and is no plane along the grid, and waves cast no shadows; give it role = "
+                "\"movable\" (light then goes on behind it), or use beams",
+                object.name);
     }
     return {};
 }
@@ -343,7 +382,8 @@ BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVox
     WaveOptions options;
     applyOptions("wave", options, waveOptions(), given);
     if (!std::has_single_bit(static_cast<unsigned>(options.cells)))
-        throw Error(ErrorCode::Input, fmt::format("option 'cells' of method 'wave' is {}; give 1, 2, 4 or 8", options.cells),
+        throw Error(ErrorCode::Input,
+                    fmt::format("option 'cells' of method 'wave' is {}; give 1, 2, 4 or 8", options.cells),
                     given.at("cells").where);
     return bakeWave(scene, std::move(needed), options, monitor);
 }
@@ -401,7 +441,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
 
 Method waveMethod() {
     return {"wave",
-            "Accumulated waves [Mercier 2014]: the light that a short pulse carries through the water, diffraction included",
+            "Accumulated waves [Mercier 2014]: the light that a short pulse carries through the water, diffraction "
+            "included",
             {"irradiance", "direction", "caustic", "density"},
             optionSpecs(waveOptions()),
             waveRefusal,

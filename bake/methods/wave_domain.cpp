@@ -24,7 +24,8 @@ bool repeats(const Scene& scene, const Surface& surface, const Light& light, con
         const Plane* plane = std::get_if<Plane>(&object.shape);
         if (object.blocks() && (!plane || std::fabs(plane->normal[axis]) > 1e-9)) return false;
     }
-    const glm::dvec3 low = frame.worldFromIndex(glm::dvec3(frame.min) - 0.5), high = frame.worldFromIndex(glm::dvec3(frame.max) + 0.5);
+    const glm::dvec3 low = frame.worldFromIndex(glm::dvec3(frame.min) - 0.5),
+                     high = frame.worldFromIndex(glm::dvec3(frame.max) + 0.5);
     const HeightField& field = *surface.height_field;
     const double tolerance = 1e-7 * (high - low)[axis];
     constexpr int kSamples = 33;
@@ -50,7 +51,7 @@ void clipByPlanes(const Scene& scene, const WaveCells& cells, glm::ivec3& low, g
         for (int a = 0; a < 3; ++a) {
             if (std::fabs(std::fabs(plane->normal[a]) - 1) > 1e-9) continue;
             const double at = cells.cell(plane->point)[a];
-            const int past = 2 * cells.per_voxel + 1;
+            const int past = 2 * cells.per_voxel;
             if (middle[a] > plane->point[a])
                 low[a] = std::max(low[a], static_cast<int>(std::floor(at)) - past);
             else
@@ -69,6 +70,7 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
     for (int a = 0; a < 3; ++a) cells.grid.spacing[a] = std::fabs(frame.world_from_index[a][a]) / r;
     glm::ivec3 low = frame.min * r, high = (frame.max + 1) * r - 1;
     clipByPlanes(scene, cells, low, high);
+    cells.asked_low = low, cells.asked_high = high;
 
     // Sideways: what light comes from, wider by half a Fresnel zone at the depth of the box.
     const HeightField& field = *surface.height_field;
@@ -121,7 +123,8 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
         const double up = std::clamp((last.z - low.z) / std::max(surface_top - low.z, 1.0), 0.0, 1.0);
         for (int a = 0; a < 2; ++a) {
             if (cells.grid.periodic[static_cast<std::size_t>(a)]) continue;
-            const double spread_low = (reach_low[a] - margin[a]) * up + margin[a], spread_high = (reach_high[a] - margin[a]) * up + margin[a];
+            const double spread_low = (reach_low[a] - margin[a]) * up + margin[a],
+                         spread_high = (reach_high[a] - margin[a]) * up + margin[a];
             inside = inside && last[a] >= low[a] - spread_low && first[a] <= high[a] + spread_high;
         }
         core[static_cast<std::size_t>(b)] = inside;
@@ -135,7 +138,8 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
             for (int dy = -layer; dy <= layer && !keep; ++dy)
                 for (int dz = 0; dz <= layer && !keep; ++dz) {
                     const glm::ivec3 other = place + glm::ivec3(dx, dy, dz);
-                    if (other.x < 0 || other.y < 0 || other.x >= blocks.x || other.y >= blocks.y || other.z >= blocks.z) continue;
+                    if (other.x < 0 || other.y < 0 || other.x >= blocks.x || other.y >= blocks.y || other.z >= blocks.z)
+                        continue;
                     keep = core[static_cast<std::size_t>(cells.grid.index(other))] != 0;
                 }
         if (!keep) continue;
@@ -145,7 +149,8 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
         const glm::ivec3 size = cells.size();
         for (int x = first.x; x < first.x + kBlock; ++x)
             for (int y = first.y; y < first.y + kBlock; ++y)
-                top = std::max(top, release.top[static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)]);
+                top = std::max(top, release.top[static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) +
+                                                static_cast<std::size_t>(y)]);
         cells.grid.present[static_cast<std::size_t>(b)] = first.z <= top;
     }
     return cells;

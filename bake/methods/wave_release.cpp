@@ -14,8 +14,8 @@ namespace {
 /// One refracted ray of the surface.
 struct Ray {
     glm::dvec3 position{0}, direction{0};
-    double power = 0;      ///< that it carries per unit of parameter area
-    double arriving = 0;   ///< the same before the surface
+    double power = 0;     ///< that it carries per unit of parameter area
+    double arriving = 0;  ///< the same before the surface
 };
 
 class Refractor {
@@ -206,7 +206,8 @@ void releaseAtRest(const WaveCells& cells, WaveRelease& release) {
                 const float beside = release.level[columnIndex(size, other.x, other.y)];
                 least = std::min(least, 0.5f * (level + beside)), most = std::max(most, 0.5f * (level + beside));
             }
-            for (int z = static_cast<int>(std::floor(least + 0.5f)); z <= static_cast<int>(std::floor(most + 0.5f)); ++z) {
+            for (int z = static_cast<int>(std::floor(least + 0.5f)); z <= static_cast<int>(std::floor(most + 0.5f));
+                 ++z) {
                 if (z < 0 || z >= size.z) continue;
                 const glm::ivec3 local(x, y, z);
                 const int block = blockOf(cells, local);

@@ -16,10 +16,12 @@ namespace photic {
 /// The cells that a wave runs through: those of the voxel grid, divided, in blocks of 8^3 that share the origin of the
 /// voxels' leaves.
 struct WaveCells {
-    GridFrame frame;                ///< of the voxels, axis-aligned
-    int per_voxel = 1;              ///< along each axis: 1, 2, 4 or 8
-    glm::ivec3 low_block{0};        ///< block (0, 0, 0) of `grid`, in blocks from the voxels' origin
+    GridFrame frame;          ///< of the voxels, axis-aligned
+    int per_voxel = 1;        ///< along each axis: 1, 2, 4 or 8
+    glm::ivec3 low_block{0};  ///< block (0, 0, 0) of `grid`, in blocks from the voxels' origin
     WaveGrid grid;
+    glm::ivec3 asked_low{0},
+        asked_high{0};  ///< the cells whose light counts: of the voxels, up to two voxels behind planes that block
 
     /// Cells are numbered from the voxels' origin: voxel v holds cells v * per_voxel ...
     glm::dvec3 world(const glm::dvec3& cell) const {
@@ -35,32 +37,35 @@ struct WaveCells {
 /// Light in a cell that the surface cuts and whose centre is above it.
 struct WaveRim {
     glm::ivec3 cell{0};
-    float energy = 0;          ///< irradiance across the ray for a light of 1 W/m2, times the part of the cell below the surface
+    float energy =
+        0;  ///< irradiance across the ray for a light of 1 W/m2, times the part of the cell below the surface
     glm::vec3 direction{0};
 };
 
 /// The surface over the cells, and the light that it lets through.
 struct WaveRelease {
     WaveSource source;
-    std::vector<float> level;          ///< height of the surface above each column [cells from lowCell().z], x slowest
-    std::vector<std::int32_t> top;     ///< highest cell of each column that is wet or driven, from lowCell().z
+    std::vector<float> level;       ///< height of the surface above each column [cells from lowCell().z], x slowest
+    std::vector<std::int32_t> top;  ///< highest cell of each column that is wet or driven, from lowCell().z
     std::vector<WaveRim> rim;
-    double launched = 0, reflected = 0;  ///< power [W] for a light of 1 W/m2 through the columns, and what the surface reflects
-    double turned_away = 0;            ///< part of the columns where the surface faces away from the light
-    double folded = 0;                 ///< part of the driven cells where neighbouring rays cross within two cells
+    double launched = 0,
+           reflected = 0;    ///< power [W] for a light of 1 W/m2 through the columns, and what the surface reflects
+    double turned_away = 0;  ///< part of the columns where the surface faces away from the light
+    double folded = 0;       ///< part of the driven cells where neighbouring rays cross within two cells
 };
 
 /// Heights of the surface over the columns of `cells` (its box; blocks may be left out later): fills `level` and `top`.
 void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& release);
 
 /// A pulse along the interface at the light's arrival time there: Snell's law and Fresnel's transmittance at the smooth
-/// surface, arrival n1/n2 (d . y) + |x - y| and amplitude sqrt(E0 T cos ti / cos tt / |J|) carried back along the ray to the
-/// cells just above the surface, whose values are then given for all times: one-sided, and exact as far as rays are.
-/// Times are lengths in the medium below, whose `extinction` is in 1/m. Needs levelSurface().
+/// surface, arrival n1/n2 (d . y) + |x - y| and amplitude sqrt(E0 T cos ti / cos tt / |J|) carried back along the ray
+/// to the cells just above the surface, whose values are then given for all times: one-sided, and exact as far as rays
+/// are. Times are lengths in the medium below, whose `extinction` is in 1/m. Needs levelSurface().
 void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
                   double extinction, WaveRelease& release);
 
-/// The paper's start [Mercier 2014, algorithm 3]: phi = 1 at rest in the cells that the surface cuts. Needs levelSurface().
+/// The paper's start [Mercier 2014, algorithm 3]: phi = 1 at rest in the cells that the surface cuts. Needs
+/// levelSurface().
 void releaseAtRest(const WaveCells& cells, WaveRelease& release);
 
 }  // namespace photic

@@ -11,8 +11,9 @@ constexpr double kLayerCells = 8;
 }  // namespace
 
 PmlTable pmlTable(double spacing, double speed, double dt, double frequency) {
-    // A profile d^p over L loses R of a wave at normal incidence: sigma = -(p + 1) c ln(R) / (2 L). Smaller R steepen the
-    // profile until the cells no longer resolve it; this pair reflects least at 10 cells a wavelength (tests/numerics).
+    // A profile d^p over L loses R of a wave at normal incidence: sigma = -(p + 1) c ln(R) / (2 L). Smaller R steepen
+    // the profile until the cells no longer resolve it; this pair reflects least at 10 cells a wavelength
+    // (tests/numerics).
     constexpr double kPower = 3, kReflection = 1e-4;
     const double sigma = -(kPower + 1) * speed * std::log(kReflection) / (2 * kLayerCells * spacing);
     // The shift alpha turns the layer into plain damping for what is slower than the pulse; it fades outwards.

@@ -36,7 +36,7 @@ struct WaveBand::Pool {
     explicit Pool(int fields) : floats(static_cast<std::size_t>(fields) * kWaveCells) {}
     float* take() {
         if (free.empty()) {
-            chunks.emplace_back(static_cast<float*>(::operator new[](floats * kChunkItems * sizeof(float), kAlignment)));
+            chunks.emplace_back(static_cast<float*>(::operator new[](floats* kChunkItems * sizeof(float), kAlignment)));
             for (std::size_t i = kChunkItems; i-- > 0;) free.push_back(chunks.back().get() + i * floats);
         }
         float* item = free.back();

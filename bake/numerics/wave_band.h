@@ -15,10 +15,10 @@ namespace photic {
 
 /// A box of 8^3 blocks, z fastest, of which some may be left out.
 struct WaveGrid {
-    glm::ivec3 blocks{0};                 ///< of the box
-    glm::dvec3 spacing{1};                ///< of the cells
+    glm::ivec3 blocks{0};   ///< of the box
+    glm::dvec3 spacing{1};  ///< of the cells
     std::array<bool, 3> periodic{};
-    std::vector<std::uint8_t> present;    ///< by block; empty: all
+    std::vector<std::uint8_t> present;  ///< by block; empty: all
 
     int count() const { return blocks.x * blocks.y * blocks.z; }
     int index(const glm::ivec3& b) const { return (b.x * blocks.y + b.y) * blocks.z + b.z; }
@@ -33,10 +33,10 @@ struct WaveGrid {
 /// A block that takes part in the current steps.
 struct WaveActive {
     int block = 0;
-    float* field = nullptr;               ///< two time levels of 512 cells
-    float* sums = nullptr;                ///< channels x 512 cells; null where nobody asked for them
-    float* memory = nullptr;              ///< psi and zeta of the matched axes; null elsewhere
-    std::array<int, 6> neighbour{};       ///< their number among the active; -1: not active
+    float* field = nullptr;          ///< two time levels of 512 cells
+    float* sums = nullptr;           ///< channels x 512 cells; null where nobody asked for them
+    float* memory = nullptr;         ///< psi and zeta of the matched axes; null elsewhere
+    std::array<int, 6> neighbour{};  ///< their number among the active; -1: not active
 };
 
 /// The blocks around the waves, and their memory. Blocks come and go; what remains keeps its values.
@@ -55,7 +55,7 @@ public:
     /// Makes exactly `blocks` (ascending) active; new ones hold zeros. `retire` sees each block that goes.
     void become(const std::vector<int>& blocks, const std::function<void(const WaveActive&)>& retire);
 
-    std::int64_t bytes() const;           ///< of fields, sums and memory now
+    std::int64_t bytes() const;  ///< of fields, sums and memory now
     std::int64_t peakBytes() const { return peak_bytes_; }
     std::size_t peakBlocks() const { return peak_blocks_; }
 

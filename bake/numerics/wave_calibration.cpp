@@ -41,7 +41,8 @@ double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int orde
     return 0.5 * (low + high);
 }
 
-WavePlaneSums planeSums(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction) {
+WavePlaneSums planeSums(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order,
+                        const glm::dvec3& direction) {
     constexpr int kFrequencies = 2000;
     const double step = 6.0 / pulse.width() / kFrequencies;  // the spectrum ends at exp(-36)
     WavePlaneSums sums;

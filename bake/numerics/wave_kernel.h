@@ -12,8 +12,9 @@ inline constexpr int kWaveCells = 512;
 
 /// Central differences, per axis, of second or fourth order.
 struct WaveDifferences {
-    std::array<float, 3> first_1{}, first_2{};                ///< of phi(+1) - phi(-1), phi(+2) - phi(-2)
-    /// The second difference as delta- M delta+ with delta of one cell: M delta+ is of phi(1) - phi(0) and phi(2) - phi(-1).
+    std::array<float, 3> first_1{}, first_2{};  ///< of phi(+1) - phi(-1), phi(+2) - phi(-2)
+    /// The second difference as delta- M delta+ with delta of one cell: M delta+ is of phi(1) - phi(0) and phi(2) -
+    /// phi(-1).
     std::array<float, 3> half_1{}, half_2{}, step{};
     std::array<float, 3> second_0{}, second_1{}, second_2{};  ///< of phi(0), phi(+-1), phi(+-2)
 };
@@ -22,16 +23,16 @@ struct WaveDifferences {
 /// next = keep * (2 phi + scale * lap phi) - lose * previous.
 struct WaveWeights {
     WaveDifferences d;
-    float scale = 0;            ///< c^2 dt^2
-    float keep = 1, lose = 1;   ///< 1 / (1 + gamma dt), (1 - gamma dt) / (1 + gamma dt)
-    float per_two_steps = 0;    ///< 1 / (2 dt)
+    float scale = 0;           ///< c^2 dt^2
+    float keep = 1, lose = 1;  ///< 1 / (1 + gamma dt), (1 - gamma dt) / (1 + gamma dt)
+    float per_two_steps = 0;   ///< 1 / (2 dt)
 };
 
 /// Memory of a block in the perfectly matched layer, one entry per axis; null where the axis is not matched.
 struct WaveMemory {
-    std::array<float*, 3> psi{}, zeta{};               ///< 512 cells each
-    std::array<int, 3> outwards{};                     ///< 1 or -1
-    unsigned mirrors = 0;                              ///< bit per side: what lies beyond is the block's mirror image, not 0
+    std::array<float*, 3> psi{}, zeta{};  ///< 512 cells each
+    std::array<int, 3> outwards{};        ///< 1 or -1
+    unsigned mirrors = 0;                 ///< bit per side: what lies beyond is the block's mirror image, not 0
     std::array<std::array<float, 8>, 3> a{}, b{}, a_half{}, b_half{};  ///< by cell along the axis; halfway outwards
 };
 

@@ -217,14 +217,15 @@ inline Row joined(Row a, Row b) { return Row(_mm256_permute2f128_ps(__m256(a), _
 /// In each half: elements from `by` of the half of `a`, then those of the half of `b`.
 template <int by>
 inline Row shifted(Row a, Row b) {
-    return Row(_mm256_castsi256_ps(_mm256_alignr_epi8(_mm256_castps_si256(__m256(b)), _mm256_castps_si256(__m256(a)), 4 * by)));
+    return Row(_mm256_castsi256_ps(
+        _mm256_alignr_epi8(_mm256_castps_si256(__m256(b)), _mm256_castps_si256(__m256(a)), 4 * by)));
 }
 inline Row larger(Row a, Row b) { return a > b ? a : b; }
 inline Row magnitude(Row a) { return larger(a, -a); }
 inline Row all(float v) { return Row{v, v, v, v, v, v, v, v}; }
 
-/// As stepPadded without the copy: whole rows of 8 cells along z, whose neighbours along z are shuffled from the rows of
-/// the blocks below and above.
+/// As stepPadded without the copy: whole rows of 8 cells along z, whose neighbours along z are shuffled from the rows
+/// of the blocks below and above.
 template <WaveSum sum, bool look>
 void stepRows(const WaveBlock& block, const WaveWeights& w) {
     const WaveDifferences& d = w.d;
@@ -236,9 +237,12 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
     const Row lose = all(w.lose), per_two_steps = all(w.per_two_steps);
     for (int x = 0; x < 8; ++x) {
         const auto plane = [&](int i) {
-            return i < 0 ? block.side[0] + at(8 + i, 0, 0) : i > 7 ? block.side[1] + at(i - 8, 0, 0) : block.now + at(i, 0, 0);
+            return i < 0   ? block.side[0] + at(8 + i, 0, 0)
+                   : i > 7 ? block.side[1] + at(i - 8, 0, 0)
+                           : block.now + at(i, 0, 0);
         };
-        const float *xm2 = plane(x - 2), *xm1 = plane(x - 1), *here = plane(x), *xp1 = plane(x + 1), *xp2 = plane(x + 2);
+        const float *xm2 = plane(x - 2), *xm1 = plane(x - 1), *here = plane(x), *xp1 = plane(x + 1),
+                    *xp2 = plane(x + 2);
         const float *below = block.side[4] + at(x, 0, 0), *above = block.side[5] + at(x, 0, 0);
         Row line[12];  // the rows y = -2 .. 9
         for (int y = 0; y < 2; ++y) line[y] = load(block.side[2] + at(x, 6 + y, 0));
@@ -250,7 +254,8 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
             const Row before_c = joined(low, c), after_c = joined(c, high);
             const Row zm1 = shifted<3>(before_c, c), zm2 = shifted<2>(before_c, c);
             const Row zp1 = shifted<1>(c, after_c), zp2 = shifted<2>(c, after_c);
-            const Row am2 = load(xm2 + 8 * y), am1 = load(xm1 + 8 * y), ap1 = load(xp1 + 8 * y), ap2 = load(xp2 + 8 * y);
+            const Row am2 = load(xm2 + 8 * y), am1 = load(xm1 + 8 * y), ap1 = load(xp1 + 8 * y),
+                      ap2 = load(xp2 + 8 * y);
             const Row bm2 = line[y], bm1 = line[y + 1], bp1 = line[y + 3], bp2 = line[y + 4];
             float* other = block.other + at(x, y, 0);
             const Row before = load(other);
@@ -271,7 +276,8 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
                     const auto subtract = [&](int a, Row p1, Row m1, Row p2, Row m2) {
                         float* flux = energy + (a + 1) * kWaveCells;
                         const auto i = static_cast<std::size_t>(a);
-                        store(flux, load(flux) - rate * (all(d.first_1[i]) * (p1 - m1) + all(d.first_2[i]) * (p2 - m2)));
+                        store(flux,
+                              load(flux) - rate * (all(d.first_1[i]) * (p1 - m1) + all(d.first_2[i]) * (p2 - m2)));
                     };
                     subtract(0, ap1, am1, ap2, am2);
                     subtract(1, bp1, bm1, bp2, bm2);

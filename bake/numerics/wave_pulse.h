@@ -7,9 +7,9 @@
 namespace photic {
 
 enum class PulseShape {
-    Slope,  ///< -x exp((1 - x^2) / 2): the first derivative of a Gaussian; the widest spectrum without a mean, so that arrivals
-            ///< that overlap show few fringes, and nothing slow is left behind
-    Bump    ///< exp(-x^2 / 2): a Gaussian, whose integral over time is not 0
+    Slope,  ///< -x exp((1 - x^2) / 2): the first derivative of a Gaussian; the widest spectrum without a mean, so that
+            ///< arrivals that overlap show few fringes, and nothing slow is left behind
+    Bump  ///< exp(-x^2 / 2): a Gaussian, whose integral over time is not 0
 };
 
 /// A short pulse f(x), x = t / width, of height 1.
@@ -26,7 +26,9 @@ public:
     double width() const { return width_; }
     PulseShape shape() const { return shape_; }
     /// Mean angular frequency of the energy.
-    double frequency() const { return (shape_ == PulseShape::Slope ? 8.0 / 3.0 : 2.0) * std::numbers::inv_sqrtpi / width_; }
+    double frequency() const {
+        return (shape_ == PulseShape::Slope ? 8.0 / 3.0 : 2.0) * std::numbers::inv_sqrtpi / width_;
+    }
     /// f is below 1e-5 of its height beyond +- reach().
     double reach() const { return kReach * width_; }
     double operator()(double t) const {

@@ -29,8 +29,10 @@ WaveDifferences differences(const glm::dvec3& spacing, int order) {
     for (int a = 0; a < 3; ++a) {
         const double h = spacing[a], h2 = h * h;
         const auto f = [](double v) { return static_cast<float>(v); };
-        d.first_1[at(a)] = f((order == 4 ? 8.0 / 12 : 0.5) / h), d.first_2[at(a)] = f((order == 4 ? -1.0 / 12 : 0.0) / h);
-        d.half_1[at(a)] = f((order == 4 ? 15.0 / 12 : 1.0) / h), d.half_2[at(a)] = f((order == 4 ? -1.0 / 12 : 0.0) / h);
+        d.first_1[at(a)] = f((order == 4 ? 8.0 / 12 : 0.5) / h),
+        d.first_2[at(a)] = f((order == 4 ? -1.0 / 12 : 0.0) / h);
+        d.half_1[at(a)] = f((order == 4 ? 15.0 / 12 : 1.0) / h),
+        d.half_2[at(a)] = f((order == 4 ? -1.0 / 12 : 0.0) / h);
         d.step[at(a)] = f(1 / h);
         d.second_0[at(a)] = f((order == 4 ? -5.0 / 2 : -2.0) / h2);
         d.second_1[at(a)] = f((order == 4 ? 4.0 / 3 : 1.0) / h2);
@@ -56,13 +58,15 @@ WaveStepper::WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource
       sink_(std::move(sink)),
       kernels_(waveKernels()) {
     if (settings_.order != 2 && settings_.order != 4)
-        throw Error(ErrorCode::Input, fmt::format("differences of order {} are not built; use 2 or 4", settings_.order));
+        throw Error(ErrorCode::Input,
+                    fmt::format("differences of order {} are not built; use 2 or 4", settings_.order));
     const double largest = largestStep(grid_.spacing, settings_.order);
     if (!(settings_.courant > 0 && settings_.courant <= 1))
-        throw Error(ErrorCode::Input,
-                    fmt::format("a time step of {:.6g} is {:.3g} times the largest stable one, {:.6g} (Courant, Friedrichs and "
-                                "Lewy); use a factor in (0, 1]",
-                                settings_.courant * largest, settings_.courant, largest));
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("a time step of {:.6g} is {:.3g} times the largest stable one, {:.6g} (Courant, Friedrichs and "
+                        "Lewy); use a factor in (0, 1]",
+                        settings_.courant * largest, settings_.courant, largest));
     dt_ = settings_.courant * largest;
     counts_.blocks = 0;
     for (int b = 0; b < grid_.count(); ++b) counts_.blocks += grid_.has(b);
@@ -100,7 +104,10 @@ WaveStepper::WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource
 WaveStepper::~WaveStepper() = default;
 
 int WaveStepper::channels() const {
-    return (settings_.sum == WaveSum::Nothing ? 0 : settings_.sum == WaveSum::Energy ? 1 : 4) + (settings_.sum_field ? 1 : 0);
+    return (settings_.sum == WaveSum::Nothing  ? 0
+            : settings_.sum == WaveSum::Energy ? 1
+                                               : 4) +
+           (settings_.sum_field ? 1 : 0);
 }
 
 void WaveStepper::prepareDrivers() {
@@ -265,8 +272,7 @@ void WaveStepper::stepBlock(int number) {
         case Kind::Sponge: {
             std::array<std::array<float, 8>, 3> damping;
             const glm::ivec3 place = grid_.place(active.block) * kWaveSide;
-            for (int a = 0; a < 3; ++a)
-                std::copy_n(sponge_[at(a)].begin() + place[a], 8, damping[at(a)].begin());
+            for (int a = 0; a < 3; ++a) std::copy_n(sponge_[at(a)].begin() + place[a], 8, damping[at(a)].begin());
             kernels_.stepSponge(block, weights_, damping);
             break;
         }

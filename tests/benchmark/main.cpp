@@ -23,7 +23,7 @@ struct Section {
 constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},        {"threads", threadScaling},
                                  {"stages", stages},     {"writes", writes},      {"skipping", skipping},
                                  {"floor", floorErrors}, {"volume", volumeErrors},
-                                 {"eikonal", eikonal}};
+                                 {"eikonal", eikonal},   {"waves", waves}};
 
 std::string processor() {
     std::ifstream in("/proc/cpuinfo");

@@ -23,5 +23,6 @@ void stages(const Effort& effort, Findings& findings);
 void writes(const Effort& effort, Findings& findings);
 void skipping(const Effort& effort, Findings& findings);
 void eikonal(const Effort& effort, Findings& findings);  ///< run time against error of fronts, peers beside
+void waves(const Effort& effort, Findings& findings);  ///< the wave method, beside its paper's table
 
 }  // namespace photic::benchmark

@@ -43,7 +43,8 @@ double standingWaveError(int order, double courant, const glm::ivec3& waves) {
     const double k = 2 * kPi * glm::length(glm::dvec3(waves)), dt = stepper.dt();
     double low = 0, high = 2 * k;
     for (int i = 0; i < 60; ++i) {
-        const double w = 0.5 * (low + high), found = schemeWavenumber(w, dt, grid.spacing, order, glm::normalize(glm::dvec3(waves)));
+        const double w = 0.5 * (low + high),
+                     found = schemeWavenumber(w, dt, grid.spacing, order, glm::normalize(glm::dvec3(waves)));
         (found != 0 && found < k ? low : high) = w;
     }
     // Equal values at times -dt and 0: the wave's top is half a step earlier.
@@ -66,7 +67,9 @@ TEST(WaveStepper, FollowsItsOwnDispersion) {
 TEST(WaveStepper, FourthOrderInSpaceSecondInTime) {
     // Relative error of the wavenumber as cells and steps shrink.
     const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.2, 0.9));
-    const auto error = [&](double h, double dt, int order) { return std::fabs(schemeWavenumber(1, dt, glm::dvec3(h), order, direction) - 1); };
+    const auto error = [&](double h, double dt, int order) {
+        return std::fabs(schemeWavenumber(1, dt, glm::dvec3(h), order, direction) - 1);
+    };
     const auto slope = [](double coarse, double fine) { return std::log2(coarse / fine); };
     EXPECT_NEAR(slope(error(0.4, 1e-4, 4), error(0.2, 1e-4, 4)), 4, 0.1);
     EXPECT_NEAR(slope(error(0.2, 1e-4, 4), error(0.1, 1e-4, 4)), 4, 0.1);
@@ -100,16 +103,19 @@ TEST(WaveStepper, TheLimitIsWhereItBlowsUp) {
         WaveSource source;
         for (int b = 0; b < 8; ++b)
             for (int c = 0; c < kWaveCells; ++c)
-                source.start.push_back({b, static_cast<std::uint16_t>(c), ((c >> 6) + (c >> 3) + c) % 2 ? 1e-3f : -1e-3f});
+                source.start.push_back(
+                    {b, static_cast<std::uint16_t>(c), ((c >> 6) + (c >> 3) + c) % 2 ? 1e-3f : -1e-3f});
         WaveBlock block;
         std::vector<float> field(2 * kWaveCells);
         for (const WaveStart& s : source.start)
             if (s.block == 0) field[s.cell] = field[kWaveCells + s.cell] = s.value;
         WaveWeights w;
-        for (std::size_t a = 0; a < 3; ++a) w.d.second_0[a] = -2.5f, w.d.second_1[a] = 4.0f / 3, w.d.second_2[a] = -1.0f / 12;
+        for (std::size_t a = 0; a < 3; ++a)
+            w.d.second_0[a] = -2.5f, w.d.second_1[a] = 4.0f / 3, w.d.second_2[a] = -1.0f / 12;
         w.scale = static_cast<float>(std::pow(courant * WaveStepper::largestStep(glm::dvec3(1), 4), 2));
         for (int step = 0; step < 200; ++step) {
-            block.now = field.data() + (step & 1) * kWaveCells, block.other = field.data() + (1 - (step & 1)) * kWaveCells;
+            block.now = field.data() + (step & 1) * kWaveCells,
+            block.other = field.data() + (1 - (step & 1)) * kWaveCells;
             block.side.fill(block.now);  // periodic in itself
             waveKernels().step[0][0](block, w);
         }
@@ -201,7 +207,8 @@ TEST(WaveKernels, AllInstructionSetsAgree) {
         for (int sum = 0; sum < 3; ++sum) {
             std::array<float, 6> a{}, b{};
             const auto one = run(0, 1, sum, a), two = run(set, 1, sum, b);
-            for (std::size_t i = 0; i < one.size(); ++i) ASSERT_NEAR(one[i], two[i], 3e-5) << waveKernels(set).name << i;
+            for (std::size_t i = 0; i < one.size(); ++i)
+                ASSERT_NEAR(one[i], two[i], 3e-5) << waveKernels(set).name << i;
             for (std::size_t i = 0; i < 6; ++i) EXPECT_NEAR(a[i], b[i], 1e-5);
             EXPECT_GT(a[0], 0.5f);
             EXPECT_EQ(two, run(set, 0, sum, b)) << "looking changes the step";
@@ -226,7 +233,8 @@ TEST(WaveBand, HoldsTheWavesAndLittleElse) {
     const auto [band, some] = run(true);
     double worst = 0, most = 0;
     for (std::size_t i = 0; i < dense.size(); ++i)
-        worst = std::max(worst, double(std::fabs(dense[i] - band[i]))), most = std::max(most, double(std::fabs(dense[i])));
+        worst = std::max(worst, double(std::fabs(dense[i] - band[i]))),
+        most = std::max(most, double(std::fabs(dense[i])));
     EXPECT_GT(most, 0.01);
     EXPECT_LT(worst, 3 * settings.threshold);
     EXPECT_EQ(all.block_steps, all.blocks * all.steps);
@@ -271,10 +279,12 @@ TEST(WaveBand, ThreadsChangeNoBit) {
         grid.blocks = {6, 7, 6};
         WaveSettings settings;
         std::vector<float> sums(static_cast<std::size_t>(grid.count()) * 4 * kWaveCells);
-        WaveStepper stepper(grid, settings, planeFromTop(grid, glm::normalize(glm::dvec3(0.3, 0.1, -1)), WavePulse(1.5)),
-                            std::vector<std::uint8_t>(static_cast<std::size_t>(grid.count()), 1), [&](int block, const float* s) {
-                                for (int i = 0; i < 4 * kWaveCells; ++i) sums[static_cast<std::size_t>(block * 4 * kWaveCells + i)] += s[i];
-                            });
+        WaveStepper stepper(
+            grid, settings, planeFromTop(grid, glm::normalize(glm::dvec3(0.3, 0.1, -1)), WavePulse(1.5)),
+            std::vector<std::uint8_t>(static_cast<std::size_t>(grid.count()), 1), [&](int block, const float* s) {
+                for (int i = 0; i < 4 * kWaveCells; ++i)
+                    sums[static_cast<std::size_t>(block * 4 * kWaveCells + i)] += s[i];
+            });
         for (int i = 0; i < 150; ++i) stepper.step();
         stepper.finish();
         results.push_back(sums);
@@ -297,7 +307,8 @@ TEST(WaveSums, OfAPlaneWaveAreTheCalibration) {
         WaveSettings settings;
         settings.sum_every = 2;
         std::map<int, std::vector<float>> sums;
-        WaveStepper stepper(grid, settings, source, std::vector<std::uint8_t>(static_cast<std::size_t>(grid.count()), 1),
+        WaveStepper stepper(grid, settings, source,
+                            std::vector<std::uint8_t>(static_cast<std::size_t>(grid.count()), 1),
                             [&](int block, const float* s) {
                                 auto& to = sums[block];
                                 to.resize(4 * kWaveCells);

@@ -33,7 +33,8 @@ inline WaveSource bumpAt(const WaveGrid& grid, const glm::dvec3& middle, double 
                 const double r = glm::length(glm::dvec3(x, y, z) - middle) / radius;
                 if (r > 5) continue;
                 const Place p = placeOf(grid, {x, y, z});
-                source.start.push_back({p.block, static_cast<std::uint16_t>(p.cell), static_cast<float>(std::exp(-0.5 * r * r))});
+                source.start.push_back(
+                    {p.block, static_cast<std::uint16_t>(p.cell), static_cast<float>(std::exp(-0.5 * r * r))});
             }
     return source;
 }
