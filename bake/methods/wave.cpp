@@ -154,7 +154,7 @@ public:
         run.counts = stepper.counts();
         if (!paper_) addRim(cells, release, channels, field);
         report.seconds.emplace_back("waves", secondsSince(stepping));
-        fillReport(release, extinction, channels, run, report);
+        fillReport(release, channels, run, report);
     }
 
 private:
@@ -248,8 +248,7 @@ private:
         }
     }
 
-    void fillReport(const WaveRelease& release, double extinction, unsigned channels, const WaveRun& run,
-                    BakeReport& report) {
+    void fillReport(const WaveRelease& release, unsigned channels, const WaveRun& run, BakeReport& report) {
         const double all = static_cast<double>(run.counts.blocks) * static_cast<double>(run.counts.steps);
         report.skipped.push_back(fmt::format(
             "{:.0f} % of a full grid's {} steps: the band held {:.1f} % of {} blocks on average, {:.1f} % at most, "
@@ -299,11 +298,12 @@ private:
                 "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
                 100 * release.turned_away));
 
-        // The wave's own ledger: what is launched, reflected, absorbed on the way; the rest leaves.
+        // What is launched and reflected is counted at the surface; that the rest leaves is taken for granted. The path
+        // ledger sets the waves' own sum against that of rays through the box: it is off by what waves do differently.
         const double irradiance = meanIrradiance(channels);
         report.power.emitted += release.launched * irradiance;
         report.power.reflected += release.reflected * irradiance;
-        (void)extinction;
+        report.path.expected += release.path * irradiance;
         report.power.escaped += (release.launched - release.reflected) * irradiance;
     }
     double meanIrradiance(unsigned channels) const {
@@ -432,7 +432,9 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     double deposited = 0;
     for (int c = 0; c < channels.irradiance; ++c)
         deposited += field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
-    report.path = {deposited, deposited};
+    report.path.deposited = deposited;
+    // Rays are followed through the whole box only.
+    if (!needed->isEverything() || options.accumulate == WaveAccumulate::Amplitude) report.path.expected = deposited;
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticGrid(field, flat);
     if (run) *run = last;

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
+#include "bake/optics/beer_lambert.h"
 #include "bake/optics/snell.h"
 #include "bake/threads/parallel_for.h"
 
@@ -60,6 +62,24 @@ private:
 
 std::size_t columnIndex(const glm::ivec3& size, int x, int y) {
     return static_cast<std::size_t>(x) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y);
+}
+
+/// Integral of the power of 1 W along a ray within the cells that count [m].
+double pathWithin(const WaveCells& cells, const Ray& ray, double extinction) {
+    const glm::dvec3 low = cells.world(glm::dvec3(cells.asked_low) - 0.5),
+                     high = cells.world(glm::dvec3(cells.asked_high) + 0.5);
+    double from = 0, to = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a) {
+        if (cells.grid.periodic[static_cast<std::size_t>(a)]) continue;  // what leaves comes in again
+        if (ray.direction[a] == 0) {
+            if (ray.position[a] < low[a] || ray.position[a] > high[a]) return 0;
+            continue;
+        }
+        const double one = (low[a] - ray.position[a]) / ray.direction[a],
+                     other = (high[a] - ray.position[a]) / ray.direction[a];
+        from = std::max(from, std::min(one, other)), to = std::min(to, std::max(one, other));
+    }
+    return to > from ? meanTransmittance(extinction, from, to - from) * (to - from) : 0;
 }
 
 int blockOf(const WaveCells& cells, const glm::ivec3& local) { return cells.grid.index(local >> 3); }
@@ -119,7 +139,7 @@ void releasePulse(const WaveCells& cells, const Surface& surface, const Light& l
     struct Column {
         std::vector<WaveDriven> driven;
         std::vector<WaveRim> rim;
-        double launched = 0, reflected = 0;
+        double launched = 0, reflected = 0, path = 0;
         int away = 0, folded = 0;
     };
     std::vector<Column> columns(static_cast<std::size_t>(size.x));
@@ -159,17 +179,18 @@ void releasePulse(const WaveCells& cells, const Surface& surface, const Light& l
             }
             const Ray ray = rays.at(glm::dvec2(cells.world(glm::dvec3(low + glm::ivec3(x, y, 0)))));
             out.launched += ray.arriving, out.reflected += ray.arriving - ray.power;
+            if (ray.power > 0) out.path += ray.power * pathWithin(cells, ray, extinction);
         }
     });
     double away = 0, folded = 0;
     for (const Column& c : columns) {
         release.source.driven.insert(release.source.driven.end(), c.driven.begin(), c.driven.end());
         release.rim.insert(release.rim.end(), c.rim.begin(), c.rim.end());
-        release.launched += c.launched, release.reflected += c.reflected;
+        release.launched += c.launched, release.reflected += c.reflected, release.path += c.path;
         away += c.away, folded += c.folded;
     }
     const double area = cells.grid.spacing.x * cells.grid.spacing.y;
-    release.launched *= area, release.reflected *= area;
+    release.launched *= area, release.reflected *= area, release.path *= area;
     release.turned_away = away / static_cast<double>(release.level.size());
     if (!release.source.driven.empty()) release.folded = folded / static_cast<double>(release.source.driven.size());
 

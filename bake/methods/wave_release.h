@@ -48,10 +48,11 @@ struct WaveRelease {
     std::vector<float> level;       ///< height of the surface above each column [cells from lowCell().z], x slowest
     std::vector<std::int32_t> top;  ///< highest cell of each column that is wet or driven, from lowCell().z
     std::vector<WaveRim> rim;
-    double launched = 0,
-           reflected = 0;    ///< power [W] for a light of 1 W/m2 through the columns, and what the surface reflects
-    double turned_away = 0;  ///< part of the columns where the surface faces away from the light
-    double folded = 0;       ///< part of the driven cells where neighbouring rays cross within two cells
+    // Of a light of 1 W/m2 through the columns:
+    double launched = 0, reflected = 0;  ///< power [W], and what of it the surface reflects
+    double path = 0;                     ///< integral of power along the rays within the cells that count [W m]
+    double turned_away = 0;              ///< part of the columns where the surface faces away from the light
+    double folded = 0;                   ///< part of the driven cells where neighbouring rays cross within two cells
 };
 
 /// Heights of the surface over the columns of `cells` (its box; blocks may be left out later): fills `level` and `top`.

@@ -139,6 +139,12 @@ TEST(Wave, AbsorptionIsBeersLaw) {
     const Errors a = errorsOf(clear, bakeText(clear.toml(), options).field(), clear.truth());
     const Errors b = errorsOf(murky, bakeText(murky.toml(), options).field(), murky.truth());
     EXPECT_NEAR(b.energy, a.energy, 1e-2);
+    for (const Ripples& r : {clear, murky}) {
+        const Result result = bakeText(r.toml(), options);
+        fmt::print("  path ledger off by {:.4f}\n", result.bake.report.path.imbalance());
+        EXPECT_LT(result.bake.report.path.imbalance(), 0.02);
+        EXPECT_GT(result.bake.report.path.imbalance(), 0) << "the two sides are not computed apart";
+    }
     EXPECT_LT(b.irradiance, 1.1 * a.irradiance);
 }
 
