@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Goes through a scene once and says what each thing is to the bake: bends light, receives it, blocks it, or sends it."""
+import dataclasses
+import math
+
+import numpy
+
+from ..core import roles
+from ..nodes import graph
+from . import lights, materials, meshes
+
+SHAPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+WATER_IOR = 1.333
+MIRROR_REACH = 2.0      # sizes of the mirror that its light is followed over, where receivers go on
+MARGIN_VOXELS = 3       # around everything, so that look-ups on a wall find light on both sides
+
+
+@dataclasses.dataclass
+class Item:
+    """A mesh with its part in the bake. `object_name` is the object to blame; instances share it."""
+    name: str
+    object_name: str
+    role: str
+    mesh: meshes.Mesh
+    optics: roles.Optics
+
+
+@dataclasses.dataclass
+class Collected:
+    items: list = dataclasses.field(default_factory=list)
+    lights: list = dataclasses.field(default_factory=list)      # (object's name, table)
+    medium: roles.Medium = dataclasses.field(default_factory=roles.Medium)
+    notes: list = dataclasses.field(default_factory=list)       # (object's name, words): nothing is lost in silence
+
+    def of(self, *wanted):
+        return [item for item in self.items if item.role in wanted]
+
+
+def optics_of(obj):
+    """Optics of an object's materials: of the slots, that which does most with light."""
+    found = [materials.inspect(slot.material) for slot in obj.material_slots]
+    found = [optics for optics in found if optics is not None]
+    return max(found, key=lambda o: (roles.role_of(o) != roles.RECEIVER, o.refract + o.mirror), default=None)
+
+
+def is_water(obj):
+    return any(modifier.type == "OCEAN" for modifier in obj.modifiers)
+
+
+def role_of(obj):
+    """The chosen role, or that which was found; IGNORE for what takes no part."""
+    if obj.type not in SHAPES or graph.is_ours(obj):
+        return roles.IGNORE
+    chosen = obj.photic.role
+    return roles.role_of(optics_of(obj), is_water(obj)) if chosen == "AUTO" else chosen
+
+
+def collect(depsgraph):
+    """Reads what the depsgraph's frame shows and the render would too."""
+    scene = Collected()
+    original_scene = depsgraph.scene.original
+    seen = {}
+    for instance in depsgraph.object_instances:
+        obj = instance.object.original
+        if instance.object.type == "LIGHT":
+            _take_light(instance, scene)
+            continue
+        if not instance.show_self or obj.hide_render or (instance.parent and instance.parent.original.hide_render):
+            continue
+        role = role_of(obj)
+        if role == roles.IGNORE:
+            continue
+        mesh = meshes.evaluated(instance.object, instance.matrix_world.copy(), depsgraph)
+        if mesh is None:
+            continue
+        seen[obj.name] = seen.get(obj.name, 0) + 1
+        name = obj.name if seen[obj.name] == 1 else f"{obj.name} #{seen[obj.name]}"
+        scene.items.append(_item(name, obj, role, mesh, scene, first=seen[obj.name] == 1))
+    _note_hidden(original_scene, depsgraph, scene)
+    _turn_to_light(scene)
+    scene.medium = _medium(original_scene, scene)
+    return scene
+
+
+def _take_light(instance, scene):
+    lamp = instance.object
+    if lamp.original.hide_render:
+        return
+    notes = []
+    if lights.is_baked(lamp.original):
+        scene.lights.append((lamp.original.name, lights.table(lamp, notes)))
+    else:
+        kind = lamp.data.type.lower()
+        notes.append(f"the {kind} light '{lamp.original.name}' is not baked"
+                     + ("" if kind == "sun" else ": the baker's lights are suns"))
+    scene.notes += [(lamp.original.name, note) for note in notes]
+
+
+def _item(name, obj, role, mesh, scene, first):
+    optics = optics_of(obj) or roles.Optics()
+    if is_water(obj) and optics.refract == 0:
+        optics.ior = WATER_IOR
+    if obj.photic.ior > 0:
+        optics.ior = obj.photic.ior
+    if first:
+        bends = role in (roles.REFRACTOR, roles.MIRROR)
+        scene.notes += [(obj.name, f"the material of '{obj.name}': {note}") for note in optics.notes if bends]
+        if bends and 0 < mesh.smooth_share < 1:
+            scene.notes.append((obj.name, f"'{obj.name}' is shaded partly smooth and partly flat; "
+                                          f"{'smooth' if mesh.smooth_share >= 0.5 else 'flat'} is baked"))
+        ocean = next((m for m in obj.modifiers if m.type == "OCEAN"), None)
+        if ocean and ocean.viewport_resolution != ocean.resolution:
+            scene.notes.append((obj.name, f"the ocean of '{obj.name}' is baked at the viewport's resolution, "
+                                          f"{ocean.viewport_resolution}; it is rendered at {ocean.resolution}"))
+    return Item(name, obj.name, role, mesh, optics)
+
+
+def _note_hidden(scene_original, depsgraph, scene):
+    """What the render would show and the viewport doesn't."""
+    shown = {item.object_name for item in scene.items}
+    for obj in scene_original.objects:
+        if obj.type in SHAPES and not obj.hide_render and obj.name not in shown and not obj.visible_get() \
+                and role_of(obj) != roles.IGNORE:
+            scene.notes.append((obj.name, f"'{obj.name}' is hidden in the viewport, and not baked; the render shows it"))
+
+
+def _turn_to_light(scene):
+    """An open refractor's outside is where the light comes from."""
+    if not scene.lights:
+        return
+    travel = numpy.array(scene.lights[0][1].get("direction", (0, 0, -1)))
+    for item in scene.of(roles.REFRACTOR):
+        normal = item.mesh.mean_normal()
+        if numpy.linalg.norm(normal) > 0.05 * item.mesh.area() and normal @ travel > 0:
+            item.mesh = item.mesh.turned()
+            scene.notes.append((item.object_name, f"the normals of '{item.name}' point away from the light; "
+                                                  "it is baked the other way round"))
+
+
+def _medium(scene_original, scene):
+    """One medium below the surface: the scene's own, or that of the refractors' materials."""
+    settings = scene_original.photic
+    if settings.medium_from == "SCENE":
+        return roles.Medium(tuple(settings.absorption), tuple(settings.scattering), settings.anisotropy)
+    found = [(item.object_name, item.optics.medium) for item in scene.of(roles.REFRACTOR) if item.optics.medium.present()]
+    if not found:
+        return roles.Medium()
+    if any(medium != found[0][1] for _, medium in found):
+        scene.notes.append((found[0][0], f"several media are in the scene, and that of '{found[0][0]}' is baked for all"))
+    return found[0][1]
+
+
+def automatic_domain(scene, resolution):
+    """The box [m] that holds what bends light, and where its light goes down to what receives it; None without either.
+
+    Receivers are taken as far as light can come: over the refractors' footprint and its shadow.
+    """
+    bending, receiving = scene.of(roles.REFRACTOR, roles.MIRROR), scene.of(roles.RECEIVER, roles.MOVABLE)
+    if not bending:
+        return None
+    low = numpy.min([item.mesh.bounds()[0] for item in bending], axis=0)
+    high = numpy.max([item.mesh.bounds()[1] for item in bending], axis=0)
+    mirrors = bool(scene.of(roles.MIRROR))
+    reach_low, reach_high = low.copy(), high.copy()
+    for item in receiving:
+        a, b = item.mesh.bounds()
+        reach_low[2], reach_high[2] = min(reach_low[2], a[2]), max(reach_high[2], b[2] if mirrors else reach_high[2])
+    open_water = all(abs(item.mesh.mean_normal()[2]) > 0.5 * item.mesh.area() for item in bending)
+    if not open_water:
+        _add_shadow(scene, reach_low, reach_high)
+    if mirrors:
+        size = high - low
+        for item in receiving:
+            a, b = item.mesh.bounds()
+            reach_low = numpy.minimum(reach_low, numpy.maximum(a, low - MIRROR_REACH * size.max()))
+            reach_high = numpy.maximum(reach_high, numpy.minimum(b, high + MIRROR_REACH * size.max()))
+    elif open_water and scene.of(roles.RECEIVER) and not scene.medium.present():
+        _crop_to_receivers(scene, reach_low, reach_high)
+    margin = MARGIN_VOXELS * (reach_high - reach_low).max() / resolution
+    return reach_low - margin, reach_high + margin
+
+
+def _add_shadow(scene, low, high):
+    """Widens a box, in place, by where the suns carry the light from its top to its bottom."""
+    corner_low, corner_high, depth = low.copy(), high.copy(), high[2] - low[2]
+    for _, table in scene.lights:
+        travel = table.get("direction")
+        if travel and travel[2] < 0:
+            shift = numpy.array(travel[:2]) / -travel[2] * depth
+            low[:2] = numpy.minimum(low[:2], corner_low[:2] + shift)
+            high[:2] = numpy.maximum(high[:2], corner_high[:2] + shift)
+
+
+def _crop_to_receivers(scene, low, high):
+    """Narrows a box, in place, to the fixed receivers' footprint: wide water over a small pool is no reason for voxels."""
+    bounds = [item.mesh.bounds() for item in scene.of(roles.RECEIVER)]
+    a, b = numpy.min([x[0] for x in bounds], axis=0)[:2], numpy.max([x[1] for x in bounds], axis=0)[:2]
+    new_low, new_high = numpy.maximum(low[:2], a), numpy.minimum(high[:2], b)
+    if (new_high > new_low).all():
+        low[:2], high[:2] = new_low, new_high
+
+
+def still_level(scene):
+    """Mean height [m] of the open water, below which receivers are in it; -inf without."""
+    water = [item for item in scene.of(roles.REFRACTOR) if not item.mesh.is_closed()]
+    if not water:
+        return -math.inf
+    return float(numpy.mean([item.mesh.positions[:, 2].mean() for item in water]))

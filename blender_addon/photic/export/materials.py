@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a node material makes of light: its closures, their shares, its refractive index and its medium."""
+from ..core import roles
+from ..nodes import graph
+
+MAX_DEPTH = 64      # of nested shaders; deeper trees are loops
+
+
+def inspect(material):
+    """Optics of a material; None for no material or one without nodes, which is plain white to every renderer."""
+    if material is None or not material.use_nodes or material.node_tree is None:
+        return None
+    optics = roles.Optics()
+    output = graph.active_output(material.node_tree)
+    if output is None:
+        return optics
+    parts = []      # (share, kind, roughness, ior)
+    _closures(graph.source(output.inputs["Surface"]), 1.0, parts, optics.notes, 0)
+    _sum_up(parts, optics)
+    optics.medium = _medium(graph.source(output.inputs["Volume"]), 1.0, optics.notes, 0)
+    return optics
+
+
+def _sum_up(parts, optics):
+    for share, kind, _, _ in parts:
+        setattr(optics, kind, getattr(optics, kind) + share)
+    bending = [part for part in parts if part[1] == "refract"]
+    smooth = bending or [part for part in parts if part[1] == "mirror"]
+    if smooth:
+        strongest = max(smooth, key=lambda part: part[0])
+        optics.roughness = strongest[2]
+    if bending:
+        optics.ior = max(bending, key=lambda part: part[0])[3]
+        if len({round(part[3], 4) for part in bending}) > 1:
+            optics.notes.append(f"mixes several refractive indices; {optics.ior:.4g} is baked")
+        # Fresnel's share of a glass is its own: the baker computes it.
+        optics.refract += optics.mirror
+        optics.mirror = 0.0
+    if smooth and roles.NOTED_ROUGHNESS < optics.roughness <= roles.SMOOTH_ROUGHNESS:
+        optics.notes.append(f"has roughness {optics.roughness:.2g}, and is baked as if it were smooth")
+
+
+def _number(node, notes, *names, otherwise=0.0):
+    """A socket's number; when something is linked to it, its default, which is said."""
+    socket = graph.socket(node.inputs, *names)
+    if socket is None:
+        return otherwise
+    if graph.source(socket):
+        constant = graph.constant(socket)
+        if constant is not None:
+            return constant
+        notes.append(f"'{node.name}' has a textured {socket.name}; {socket.default_value:.3g} is baked")
+    return float(socket.default_value)
+
+
+def _colour(node, notes, *names, otherwise=(1.0, 1.0, 1.0)):
+    socket = graph.socket(node.inputs, *names)
+    if socket is None:
+        return otherwise
+    if graph.source(socket):
+        notes.append(f"'{node.name}' has a textured {socket.name}, which is baked as its plain colour")
+    return tuple(socket.default_value)[:3]
+
+
+def _warn_tint(node, notes, *names):
+    colour = _colour(node, [], *names)
+    if min(colour) < 0.95:
+        notes.append(f"'{node.name}' is tinted, which a surface's light is not in the bake; give it a Volume Absorption instead")
+
+
+def _closures(origin, share, parts, notes, depth):
+    """Adds the closures behind an output socket to `parts`."""
+    if origin is None or share <= 0 or depth > MAX_DEPTH:
+        return
+    node = origin.node
+    kind = node.bl_idname
+    if graph.is_ours(node):
+        _closures(graph.source(node.inputs.get("Shader")), share, parts, notes, depth + 1)
+    elif kind == "ShaderNodeMixShader":
+        factor = _number(node, notes, "Fac") if not _is_fresnel(node.inputs[0]) else 0.0
+        _closures(graph.source(node.inputs[1]), share * (1 - factor), parts, notes, depth + 1)
+        if _is_fresnel(node.inputs[0]):     # glass by hand: refraction below, its reflection above
+            factor = 0.1
+        _closures(graph.source(node.inputs[2]), share * factor, parts, notes, depth + 1)
+    elif kind == "ShaderNodeAddShader":
+        for socket in node.inputs:
+            _closures(graph.source(socket), share, parts, notes, depth + 1)
+    elif kind == "ShaderNodeGroup" and node.node_tree:
+        inner = graph.group_source(node, origin)
+        _closures(inner, share, parts, notes, depth + 1)
+    elif kind == "ShaderNodeBsdfPrincipled":
+        _principled(node, share, parts, notes)
+    elif kind in ("ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"):
+        _warn_tint(node, notes, "Color")
+        parts.append((share, "refract", _number(node, notes, "Roughness"), _number(node, notes, "IOR", otherwise=1.45)))
+    elif kind in ("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"):
+        _warn_tint(node, notes, "Color", "Base Color")
+        parts.append((share, "mirror", _roughness_of_glossy(node, notes), 1.0))
+    elif kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfTranslucent",
+                  "ShaderNodeBsdfVelvet", "ShaderNodeBsdfSheen", "ShaderNodeBsdfToon"):
+        parts.append((share, "diffuse", 1.0, 1.0))
+    elif kind not in ("ShaderNodeEmission", "ShaderNodeBsdfTransparent", "ShaderNodeHoldout", "ShaderNodeBackground"):
+        notes.append(f"'{node.name}' ({node.bl_label}) is not understood, and counts as diffuse")
+        parts.append((share, "diffuse", 1.0, 1.0))
+
+
+def _roughness_of_glossy(node, notes):
+    sharp = getattr(node, "distribution", "") == "SHARP"
+    return 0.0 if sharp else _number(node, notes, "Roughness")
+
+
+def _is_fresnel(socket):
+    origin = graph.source(socket)
+    return origin is not None and origin.node.bl_idname in ("ShaderNodeFresnel", "ShaderNodeLayerWeight")
+
+
+def _principled(node, share, parts, notes):
+    metallic = _number(node, notes, "Metallic")
+    transmission = _number(node, notes, "Transmission Weight", "Transmission") * (1 - metallic)
+    roughness = _number(node, notes, "Roughness")
+    if transmission > 0:
+        _warn_tint(node, notes, "Base Color")
+        parts.append((share * transmission, "refract", roughness, _number(node, notes, "IOR", otherwise=1.45)))
+    if metallic > 0:
+        _warn_tint(node, notes, "Base Color")
+        parts.append((share * metallic, "mirror", roughness, 1.0))
+    parts.append((share * (1 - transmission) * (1 - metallic), "diffuse", 1.0, 1.0))
+
+
+def _medium(origin, share, notes, depth):
+    """Absorption and scattering [1/m] behind a Volume socket."""
+    medium = roles.Medium()
+    if origin is None or depth > MAX_DEPTH:
+        return medium
+    node = origin.node
+    kind = node.bl_idname
+    if kind == "ShaderNodeAddShader":
+        first, second = (_medium(graph.source(socket), share, notes, depth + 1) for socket in node.inputs)
+        return _together(first, second)
+    if kind == "ShaderNodeMixShader":
+        factor = _number(node, notes, "Fac")
+        return _together(_medium(graph.source(node.inputs[1]), share * (1 - factor), notes, depth + 1),
+                         _medium(graph.source(node.inputs[2]), share * factor, notes, depth + 1))
+    if kind == "ShaderNodeGroup" and node.node_tree:
+        return _medium(graph.group_source(node, origin), share, notes, depth + 1)
+    if kind not in ("ShaderNodeVolumeAbsorption", "ShaderNodeVolumeScatter", "ShaderNodeVolumePrincipled"):
+        if kind != "ShaderNodeEmission":
+            notes.append(f"the volume node '{node.name}' ({node.bl_label}) is not understood, and not baked")
+        return medium
+    density = share * _number(node, notes, "Density")
+    colour = _colour(node, notes, "Color")
+    inverse = tuple(density * (1 - c) for c in colour)
+    if kind == "ShaderNodeVolumeAbsorption":
+        medium.absorption = inverse
+        return medium
+    medium.scattering = tuple(density * c for c in colour)
+    medium.anisotropy = _number(node, notes, "Anisotropy")
+    if kind == "ShaderNodeVolumePrincipled":
+        # Cycles: absorption is density (1 - colour) (1 - sqrt(absorption colour)).
+        tint = _colour(node, notes, "Absorption Color", otherwise=(0.0, 0.0, 0.0))
+        medium.absorption = tuple(a * (1 - max(t, 0.0) ** 0.5) for a, t in zip(inverse, tint))
+    return medium
+
+
+def _together(first, second):
+    """Both media in one place; g is weighted by scattering."""
+    weights = [sum(m.scattering) for m in (first, second)]
+    total = sum(weights)
+    g = sum(w * m.anisotropy for w, m in zip(weights, (first, second))) / total if total else 0.0
+    return roles.Medium(tuple(a + b for a, b in zip(first.absorption, second.absorption)),
+                        tuple(a + b for a, b in zip(first.scattering, second.scattering)), g)

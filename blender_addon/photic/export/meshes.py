@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Evaluated meshes, modifiers and all, as arrays in the world's frame."""
+import dataclasses
+
+import numpy
+
+
+@dataclasses.dataclass
+class Mesh:
+    positions: numpy.ndarray    # n x 3, world [m]
+    triangles: numpy.ndarray    # m x 3
+    smooth_share: float         # of the triangles that are shaded smooth
+
+    def bounds(self):
+        return self.positions.min(axis=0), self.positions.max(axis=0)
+
+    def mean_normal(self):
+        """Sum of the triangles' areas as vectors: 0 for a closed mesh."""
+        a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
+        return numpy.cross(b - a, c - a).sum(axis=0) / 2
+
+    def area(self):
+        a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
+        return float(numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1).sum() / 2)
+
+    def is_closed(self):
+        """No edge of the mesh belongs to one triangle only. Positions in one place count as one vertex."""
+        if not len(self.triangles):
+            return False
+        _, welded = numpy.unique(numpy.round(self.positions, 9), axis=0, return_inverse=True)
+        corners = welded.reshape(-1)[self.triangles]
+        edges = numpy.sort(numpy.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+        _, count = numpy.unique(edges, axis=0, return_counts=True)
+        return bool((count > 1).all())
+
+    def turned(self):
+        """The other side out."""
+        return Mesh(self.positions, self.triangles[:, ::-1], self.smooth_share)
+
+
+def evaluated(object_evaluated, matrix_world, depsgraph):
+    """The mesh of an evaluated object (or instance), or None when it has no faces. Mirroring matrices keep outsides out."""
+    mesh = object_evaluated.to_mesh(preserve_all_data_layers=False, depsgraph=depsgraph)
+    try:
+        if mesh is None:
+            return None
+        mesh.calc_loop_triangles()
+        count = len(mesh.loop_triangles)
+        if count == 0:
+            return None
+        positions = numpy.empty(len(mesh.vertices) * 3)
+        mesh.vertices.foreach_get("co", positions)
+        triangles = numpy.empty(count * 3, dtype=numpy.int32)
+        mesh.loop_triangles.foreach_get("vertices", triangles)
+        smooth = numpy.empty(len(mesh.polygons), dtype=bool)
+        mesh.polygons.foreach_get("use_smooth", smooth)
+        polygon_of = numpy.empty(count, dtype=numpy.int32)
+        mesh.loop_triangles.foreach_get("polygon_index", polygon_of)
+    finally:
+        object_evaluated.to_mesh_clear()
+    matrix = numpy.array(matrix_world, dtype=float)
+    positions = positions.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    triangles = triangles.reshape(-1, 3)
+    if numpy.linalg.det(matrix[:3, :3]) < 0:
+        triangles = triangles[:, ::-1]
+    return Mesh(positions, triangles, float(smooth[polygon_of].mean()))

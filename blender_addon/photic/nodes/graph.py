@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reading node trees through reroutes and groups, over the versions of Blender's node interface."""
+
+OURS = "photic_made"     # custom property of every node, group and material that the add-on made
+
+
+def is_ours(item):
+    return OURS in item.keys()
+
+
+def active_output(tree, target=None):
+    """The material output that is rendered, or None."""
+    if target is not None:
+        return tree.get_output_node(target)
+    return tree.get_output_node("CYCLES") or tree.get_output_node("ALL") or tree.get_output_node("EEVEE")
+
+
+def outputs(tree):
+    """Every material output in the tree."""
+    return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
+
+
+def socket(sockets, *names):
+    """The first socket of these names, or None: names have changed over Blender's versions."""
+    for name in names:
+        found = sockets.get(name)
+        if found is not None:
+            return found
+    return None
+
+
+def source(socket_in):
+    """The output socket that feeds an input, through reroutes and muted links; None when nothing does."""
+    while socket_in is not None and socket_in.is_linked:
+        link = socket_in.links[0]
+        if link.is_muted or not link.is_valid:
+            return None
+        if link.from_node.bl_idname != "NodeReroute":
+            return link.from_socket
+        socket_in = link.from_node.inputs[0]
+    return None
+
+
+def group_source(group_node, output_socket):
+    """What feeds `output_socket` of a group from the inside."""
+    for node in group_node.node_tree.nodes:
+        if node.bl_idname == "NodeGroupOutput" and node.is_active_output:
+            inner = next((s for s in node.inputs if s.identifier == output_socket.identifier), None)
+            return source(inner)
+    return None
+
+
+def constant(socket_in):
+    """The number of a Value node that feeds a socket, or None."""
+    origin = source(socket_in)
+    if origin is not None and origin.node.bl_idname == "ShaderNodeValue":
+        return float(origin.default_value)
+    return None
+
+
+def add_interface(tree, in_out, socket_type, name, default=None):
+    """Adds a socket to a group, before and after Blender 4.0 changed how."""
+    if hasattr(tree, "interface"):
+        item = tree.interface.new_socket(name, in_out=in_out, socket_type=socket_type)
+    else:
+        item = (tree.inputs if in_out == "INPUT" else tree.outputs).new(socket_type, name)
+    if default is not None:
+        item.default_value = default
+    return item
