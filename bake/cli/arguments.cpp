@@ -233,8 +233,11 @@ Verb parseArguments(int argc, const char* const* argv) {
     addPicture(*picture_app, picture);
     CLI::App* export_app =
         app.add_subcommand("export", "Write a volume as a slice atlas (EXR and JSON) for game engines");
-    export_app->add_option("VOLUME", atlas.volume, "Light volume (.vdb)")->required();
-    export_app->add_option("-o,--output", atlas.output, "Atlas to write (.exr; the sidecar gets .json)")->required();
+    export_app->add_option("VOLUME", atlas.volumes, "Light volume (.vdb); several are frames, laid out alike")->required();
+    export_app
+        ->add_option("-o,--output", atlas.output,
+                     "Atlas to write (.exr; the sidecar gets .json); #### is the frame of a volume")
+        ->required();
     CLI::App* methods_app = app.add_subcommand("methods", "List the bake methods and their options");
     methods_app->add_flag("--json", methods.json, "Print JSON on stdout");
     CLI::App* post_app = app.add_subcommand("post", "Sharpen or dissipate the caustic grid of a volume");

@@ -277,14 +277,18 @@ std::string outputPath(const BakeArguments& arguments, int frame) {
             fmt::format("output '{}' does not end in .vdb; other formats are written by photic export", path.string()),
             "-o");
     }
-    if (!arguments.frames) return path.string();
+    return arguments.frames ? withFrame(path.string(), frame) : path.string();
+}
+
+std::string withFrame(const std::string& given, int frame) {
+    const fs::path path(given);
     std::string name = path.filename().string();
     const auto begin = name.find('#');
     if (begin != std::string::npos) {
         const auto end = std::min(name.find_first_not_of('#', begin), name.size());
         name.replace(begin, end - begin, fmt::format("{:0{}d}", frame, end - begin));
     } else {
-        name = fmt::format("{}.{:04d}.vdb", path.stem().string(), frame);
+        name = fmt::format("{}.{:04d}{}", path.stem().string(), frame, path.extension().string());
     }
     return (path.parent_path() / name).string();
 }

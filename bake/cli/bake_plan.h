@@ -28,6 +28,9 @@ std::string inputHash(const Scene& scene, const Json& settings);
 /// The file that a bake writes: `frame` goes in for "####", or before the extension.
 std::string outputPath(const BakeArguments& arguments, int frame);
 
+/// `path` with `frame` for its "####", or before its extension.
+std::string withFrame(const std::string& path, int frame);
+
 /// Refuses an output that cannot be written before any work is done.
 /// @throws Error{Failed}
 void checkWritable(const std::string& path);

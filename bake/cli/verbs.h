@@ -78,7 +78,8 @@ struct PictureArguments {
 };
 
 struct ExportArguments {
-    std::string volume, output;
+    std::vector<std::string> volumes;    ///< several: frames of a sequence, laid out alike
+    std::string output;
 };
 
 struct MethodsArguments {

@@ -53,27 +53,27 @@ Layout fittingLayout(const glm::ivec3& size, double voxel_size) {
 }
 
 // The box of voxels with light.
-struct Box {
-    glm::ivec3 min{std::numeric_limits<int>::max()}, max{std::numeric_limits<int>::min()};
-};
-Box litBox(const LightField& field, double threshold) {
-    std::vector<Box> boxes(static_cast<std::size_t>(field.leafCount()));
+std::optional<AtlasBox> litBoxOf(const LightField& field, double threshold) {
+    const AtlasBox none{glm::ivec3(std::numeric_limits<int>::max()), glm::ivec3(std::numeric_limits<int>::min())};
+    std::vector<AtlasBox> boxes(static_cast<std::size_t>(field.leafCount()), none);
     forEachLeaf(field.needed(), [&](int slot) {
         if (field.state(slot) == LeafState::Empty) return;
-        Box& box = boxes[static_cast<std::size_t>(slot)];
+        AtlasBox& box = boxes[static_cast<std::size_t>(slot)];
         const glm::ivec3 origin = field.needed().leafOrigin(slot);
         for (int i = 0; i < LightField::kLeafVoxels; ++i) {
             const glm::ivec3 v = origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
             if (field.irradiance(v) > threshold) box.min = glm::min(box.min, v), box.max = glm::max(box.max, v);
         }
     });
-    Box all;
-    for (const Box& box : boxes) all.min = glm::min(all.min, box.min), all.max = glm::max(all.max, box.max);
-    if (all.min.x > all.max.x) all.min = all.max = field.frame().min;   // a dark volume: one texel
+    AtlasBox all = none;
+    for (const AtlasBox& box : boxes) all.min = glm::min(all.min, box.min), all.max = glm::max(all.max, box.max);
+    if (all.min.x > all.max.x) return {};
     return all;
 }
 
-Image atlasImage(const LightField& field, const Box& box, const Layout& layout, double reference, bool rgb) {
+double threshold(const LightVolume& volume) { return double(format::kActiveAbove) * volume.reference_irradiance; }
+
+Image atlasImage(const LightField& field, const AtlasBox& box, const Layout& layout, double reference, bool rgb) {
     const glm::ivec3 size = box.max - box.min + 1;
     Image image;
     image.width = layout.columns * size.x, image.height = layout.rows * size.y, image.channels = rgb ? 3 : 4;
@@ -100,13 +100,24 @@ nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-void writeSliceAtlas(const std::string& path, const LightVolume& volume) {
+std::optional<AtlasBox> litBox(const LightVolume& volume) {
+    if (volume.field.frame().axisAligned()) return litBoxOf(volume.field, threshold(volume));
+    return litBoxOf(resampledToAxes(volume.field), threshold(volume));
+}
+
+std::optional<AtlasBox> together(const std::optional<AtlasBox>& a, const std::optional<AtlasBox>& b) {
+    if (!a || !b) return a ? a : b;
+    return AtlasBox{glm::min(a->min, b->min), glm::max(a->max, b->max)};
+}
+
+void writeSliceAtlas(const std::string& path, const LightVolume& volume, const std::optional<AtlasBox>& wanted) {
     std::optional<LightField> resampled;
     if (!volume.field.frame().axisAligned()) resampled = resampledToAxes(volume.field);
     const LightField& field = resampled ? *resampled : volume.field;
     const GridFrame& frame = field.frame();
     const double reference = volume.reference_irradiance;
-    const Box box = litBox(field, double(format::kActiveAbove) * reference);
+    const std::optional<AtlasBox> lit = wanted ? wanted : litBoxOf(field, threshold(volume));
+    const AtlasBox box = lit.value_or(AtlasBox{frame.min, frame.min});   // a dark volume: one texel
     const glm::ivec3 size = box.max - box.min + 1;
     const glm::dvec3 voxel(frame.world_from_index[0].x, frame.world_from_index[1].y, frame.world_from_index[2].z);
     const Layout layout = fittingLayout(size, voxel.x);

@@ -116,5 +116,38 @@ TEST(Picture, ExportWritesAtlasAndSidecar) {
     EXPECT_TRUE(nlohmann::json::parse(place.read("atlas.json")).is_object());
 }
 
+TEST(Picture, ExportLaysFramesOutAlike) {
+    const Workplace place;
+    place.write("bump.toml", R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.6]
+max = [0.5, 0.5, 0.1]
+resolution = 16
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+angular_diameter = 0
+[[surface]]
+name = "water"
+size = [1, 1]
+outside = "none"
+bump = { height = 0.05, radius = 0.1 }
+)");
+    ASSERT_EQ(photic(place, {"bake", "bump.toml", "--frames", "1-2"}).code, 0);
+    ASSERT_EQ(photic(place, {"export", "bump.0001.vdb", "bump.0002.vdb", "-o", "light.####.exr"}).code, 0);
+    const auto first = nlohmann::json::parse(place.read("light.0001.json"));
+    const auto second = nlohmann::json::parse(place.read("light.0002.json"));
+    for (const char* key : {"width", "height", "columns", "slices", "index_min", "world_from_index", "scale"})
+        EXPECT_EQ(first[key], second[key]) << key;
+    EXPECT_EQ(first["metadata"]["frame"], "1");
+    EXPECT_EQ(second["image"], "light.0002.exr");
+
+    ASSERT_EQ(photic(place, {"bake", "bump.toml", "--resolution", "20", "--frames", "3-3"}).code, 0);
+    const Outcome other = photic(place, {"export", "bump.0001.vdb", "bump.0003.vdb", "-o", "light.exr"});
+    EXPECT_EQ(other.code, 3);
+    EXPECT_NE(other.err.find("share a grid"), std::string::npos) << other.err;
+    EXPECT_EQ(photic(place, {"export", "bump.0001.vdb", "bump.0001.vdb", "-o", "light.exr"}).code, 3);
+}
+
 }  // namespace
 }  // namespace photic::test

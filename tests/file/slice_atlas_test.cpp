@@ -146,6 +146,36 @@ TEST(SliceAtlas, TooLargeIsRefusedWithAVoxelSizeThatFits) {
     expectValidSidecar(Atlas(folder).sidecar);
 }
 
+TEST(SliceAtlas, FramesThatAreLitElsewhereShareALayout) {
+    const TemporaryFolder folder;
+    const auto frame = straightFrame({-8, -8, -8}, {23, 23, 23}, 0.1);
+    const LightVolume left = testVolume(frame, false, [](const glm::ivec3& v) { return v.x < 0 && v.y == 4; });
+    const LightVolume right = testVolume(frame, false, [](const glm::ivec3& v) { return v.x > 12 && v.z == 2; });
+    const LightVolume dark = testVolume(frame, false, [](const glm::ivec3&) { return false; });
+    EXPECT_FALSE(litBox(dark));
+    EXPECT_FALSE(together({}, {}));
+    const auto box = together(together({}, litBox(left)), together(litBox(dark), litBox(right)));
+    ASSERT_TRUE(box);
+    EXPECT_EQ(box->min, glm::ivec3(-8, -8, -8));
+    EXPECT_EQ(box->max, glm::ivec3(23, 23, 23));
+    double lit = 0;
+    for (const LightVolume* volume : {&left, &right, &dark}) {
+        writeSliceAtlas(folder / "light.exr", *volume, box);
+        const Atlas atlas(folder);
+        expectValidSidecar(atlas.sidecar);
+        EXPECT_EQ(atlas.sidecar["index_min"], json({-8, -8, -8}));
+        EXPECT_EQ(atlas.sidecar["slices"], 32);
+        for (int i = 0; i < 32; ++i) {
+            const glm::ivec3 voxel(i - 8, 4, 2);
+            const bool is_lit = volume == &left ? voxel.x < 0 : volume == &right && voxel.x > 12;
+            const double expected = is_lit ? testLight(atlas.world(i, 12, 10)).mean() : 0.0;
+            ASSERT_NEAR(atlas.texel(atlas.image, i, 12, 10, 3), expected, 1e-3 * expected) << i;
+            lit += expected;
+        }
+    }
+    EXPECT_GT(lit, 0);
+}
+
 TEST(SliceAtlas, DarkVolumesAndUnwritableFolders) {
     const TemporaryFolder folder;
     const LightVolume dark = testVolume(straightFrame({3, 4, 5}, {9, 9, 9}, 0.1), false, [](const glm::ivec3&) { return false; });
