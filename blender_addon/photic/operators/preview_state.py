@@ -29,16 +29,19 @@ def load(context):
         scene.collection.objects.link(obj)
         settings.volume = obj
     data = obj.data
+    data.grids.unload()                 # the file behind the name may be a new one
+    data.is_sequence = False
     data.filepath = settings.volume_file
-    data.is_sequence = settings.sequence_count > 0
-    if data.is_sequence:
-        data.frame_start, data.frame_duration = settings.sequence_start, settings.sequence_count
-        data.frame_offset = settings.sequence_start - 1
     data.render.space = "WORLD"         # or an object's scale changes the density
     data.render.clipping = 0.0          # or dim light is gone
     data.render.precision = "FULL"
     if not data.grids.load():
         raise BakerError(f"Blender cannot read '{path}': {data.grids.error_message}")
+    if settings.sequence_count:         # only now: a volume that was never evaluated looks for frame 0
+        data.is_sequence = True
+        data.frame_start, data.frame_duration = settings.sequence_start, settings.sequence_count
+        data.frame_offset = settings.sequence_start - 1
+        context.view_layer.update()
     obj.hide_render = True
     obj.display_type = "BOUNDS"
     return obj
@@ -99,7 +102,8 @@ def show(context):
 
 def _dress_volume(settings, volume_object, layout):
     found = roles.Medium(tuple(settings.baked_absorption), tuple(settings.baked_scattering), settings.baked_anisotropy)
-    material = medium.build_material(volume_object, found, layout.scale, settings.has_density, **numbers_of(settings))
+    material = medium.build_material(volume_object, found, layout.scale, settings.has_density, bool(layout.rgb_image),
+                                     **numbers_of(settings))
     data = volume_object.data
     if not data.materials:
         data.materials.append(material)
