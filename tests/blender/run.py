@@ -13,7 +13,7 @@ import unittest
 import bpy
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
+sys.path[:0] = [str(HERE), str(HERE.parents[1] / "examples" / "blender")]
 
 
 def main(name, addon_zip, *chosen):

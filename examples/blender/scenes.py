@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes that the tests and the examples make by script."""
+"""What scenes are made of: water, floors, suns and cameras by script, for the examples and the tests."""
 import math
 
 import bpy

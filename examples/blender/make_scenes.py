@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the add-on's example files: pool, ocean (Blender's Ocean modifier) and ring (a mirror).
+
+    blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring]... [--bake]
+
+Writes FOLDER/NAME.blend; with --bake also bakes it, saves it with its preview, and renders FOLDER/NAME.png.
+The add-on must be installed; $PHOTIC_PROGRAM or the search path must lead to the baker.
+"""
+import math
+import pathlib
+import sys
+
+import bpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import scenes  # noqa: E402
+
+SAMPLES = 16     # enough: only the sky and what bounces is sampled
+
+
+def world(colour, strength):
+    made = bpy.data.worlds.new("Sky")
+    made.use_nodes = True
+    background = made.node_tree.nodes["Background"]
+    background.inputs["Color"].default_value, background.inputs["Strength"].default_value = (*colour, 1.0), strength
+    bpy.context.scene.world = made
+
+
+def tiles(name, first, second, size):
+    """Tiles with joints."""
+    made = scenes.material(name, Roughness=0.9)
+    tree = made.node_tree
+    brick = tree.nodes.new("ShaderNodeTexBrick")
+    brick.offset, brick.location = 0.0, (-250, 250)
+    for key, value in {"Color1": (*first, 1), "Color2": (*second, 1), "Mortar": (0.25, 0.3, 0.32, 1), "Scale": 1.0,
+                       "Mortar Size": 0.02 * size, "Brick Width": size, "Row Height": size}.items():
+        brick.inputs[key].default_value = value
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    place.location = (-450, 250)
+    tree.links.new(place.outputs["Object"], brick.inputs["Vector"])
+    tree.links.new(brick.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+    return made
+
+
+def wall(name, points, made_of):
+    return scenes.mesh_object(name, points, [(0, 1, 2, 3)], made_of=made_of)
+
+
+def pool():
+    """A pool of 2 m with a ball that may be moved: its light follows."""
+    scene, water, floor = scenes.pool(waves=160, water_size=2.0)
+    world((0.35, 0.55, 0.8), 0.25)
+    blue = tiles("Tiles", (0.72, 0.86, 0.88), (0.66, 0.82, 0.86), 0.125)
+    floor.data.materials[0] = blue
+    wall("Wall north", [(-1, 1, -1.5), (1, 1, -1.5), (1, 1, 0.15), (-1, 1, 0.15)], scenes.material("North", Base_Color=(0.7, 0.84, 0.87, 1)))
+    wall("Wall east", [(1, 1, -1.5), (1, -1, -1.5), (1, -1, 0.15), (1, 1, 0.15)], scenes.material("East", Base_Color=(0.7, 0.84, 0.87, 1)))
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.22, location=(-0.3, 0.1, -0.85))
+    ball = bpy.context.object
+    ball.name = "Ball"
+    bpy.ops.object.shade_smooth()
+    ball.data.materials.append(scenes.material("Ball", Base_Color=(0.85, 0.25, 0.12, 1), Roughness=0.7))
+    ball.photic.role = "MOVABLE"
+    settings = scene.photic
+    settings.resolution = 128
+    settings.medium_from, settings.scattering, settings.absorption = "SCENE", (0.03, 0.035, 0.04), (0.12, 0.03, 0.02)
+    scenes.camera((-1.9, -2.6, 1.5), (0.1, 0.15, -0.75), 32.0)
+
+
+def ocean():
+    """Blender's own ocean over sand, seen from below the surface: light in the water."""
+    scene = scenes.empty()
+    world((0.3, 0.55, 0.75), 0.12)
+    scenes.mesh_object("Sea", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)], smooth=True, made_of=scenes.glass("Sea"))
+    sea = bpy.data.objects["Sea"]
+    modifier = sea.modifiers.new("Ocean", "OCEAN")
+    for name, value in {"geometry_mode": "GENERATE", "spatial_size": 12, "resolution": 12, "viewport_resolution": 12,
+                        "wind_velocity": 4.0, "wave_scale": 0.35, "wave_scale_min": 0.08, "choppiness": 0.5, "random_seed": 7}.items():
+        setattr(modifier, name, value)
+    for polygon in sea.data.polygons:
+        polygon.use_smooth = True
+    sand = scenes.material("Sand", Base_Color=(0.76, 0.66, 0.48, 1), Roughness=1.0)
+    scenes.sheet("Sand", 12.0, 48, lambda x, y: -3.2 + 0.12 * math.sin(1.3 * x + 0.6 * math.sin(y)) + 0.05 * math.sin(3.1 * y), sand)
+    scenes.sun(energy=4.0)
+    settings = scene.photic
+    settings.domain_from, settings.resolution = "CUSTOM", 160
+    settings.domain_min, settings.domain_max = (-4.0, -4.0, -3.6), (4.0, 4.0, 0.5)
+    settings.medium_from, settings.anisotropy = "SCENE", 0.5
+    settings.scattering, settings.absorption = (0.05, 0.06, 0.065), (0.2, 0.05, 0.03)
+    settings.match_cycles = False       # the camera is under water
+    scenes.camera((-3.4, -3.4, -1.7), (0.5, 0.5, -2.3), 24.0)
+
+
+def ring():
+    """A polished ring on a table: the heart-shaped line that a mirror makes, which shadow caustics can't."""
+    scene = scenes.empty()
+    world((0.5, 0.55, 0.6), 0.15)
+    count, radius, height = 256, 0.5, 0.22
+    angles = [2 * math.pi * i / count for i in range(count)]
+    vertices = [(radius * math.cos(a), radius * math.sin(a), z) for z in (0.001, height) for a in angles]
+    faces = [((i + 1) % count, i, count + i, count + (i + 1) % count) for i in range(count)]
+    scenes.mesh_object("Ring", vertices, faces, smooth=True,
+                       made_of=scenes.material("Brass", Base_Color=(0.97, 0.96, 0.95, 1), Metallic=1.0, Roughness=0.02))
+    scenes.sheet("Table", 2.4, 1, lambda x, y: 0.0, scenes.material("Wood", Base_Color=(0.62, 0.45, 0.3, 1), Roughness=0.9), smooth=False)
+    scenes.sun(energy=3.0, direction=(0.8, 0.25, -0.62))
+    settings = scene.photic
+    settings.domain_from, settings.resolution, settings.where = "CUSTOM", 512, "RECEIVERS"
+    settings.domain_min, settings.domain_max = (-0.7, -0.7, -0.02), (0.7, 0.7, 0.25)
+    scenes.camera((-0.9, -1.5, 1.25), (0.0, 0.0, 0.05), 42.0)
+
+
+def render(path):
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = SAMPLES, False
+    scene.cycles.max_bounces, scene.cycles.diffuse_bounces = 6, 1
+    scene.render.resolution_x, scene.render.resolution_y = 720, 450
+    scene.view_settings.view_transform, scene.view_settings.look = "Filmic", "Medium High Contrast"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+
+
+def main(folder, *words):
+    folder = pathlib.Path(folder).resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    makers = {"pool": pool, "ocean": ocean, "ring": ring}
+    for name in [word for word in words if word in makers] or list(makers):
+        makers[name]()
+        bpy.context.scene.name = name
+        blend = str(folder / f"{name}.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=blend)
+        if "--bake" in words:
+            bpy.ops.photic.bake()
+            bpy.ops.wm.save_as_mainfile(filepath=blend)
+            render(folder / f"{name}.png")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[sys.argv.index("--") + 1:])
