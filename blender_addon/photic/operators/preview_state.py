@@ -96,9 +96,7 @@ def show(context):
             wrap.wrap(material, receiver_group)
     _see_through(scene)
     _quiet_suns(scene, skipped)
-    # Filter Glossy makes glass rough for light that has bounced, and lets the sun through it: 68 % too bright, as fireflies.
-    if hasattr(scene, "cycles"):
-        _set(scene, scene.cycles, "cycles", "blur_glossy", 0.0)
+    _quiet_caustics(scene)
     settings.previewing = True
     return skipped
 
@@ -219,6 +217,19 @@ def _quiet_suns(scene, skipped):
             skipped.append(f"the light '{obj.name}' is linked: switch off its Multiple Importance in its own file")
         elif hasattr(obj.data, "cycles"):
             _set(obj.data, obj.data.cycles, "cycles", "use_multiple_importance_sampling", False)
+
+
+def _quiet_caustics(scene):
+    """Cycles' own noisy caustics, where a lamp is sampled at glass or metal that a bounced ray has hit."""
+    if not hasattr(scene, "cycles"):
+        return
+    # Filter Glossy makes glass rough for light that has bounced, and lets the sun through it: 68 % too bright, as fireflies.
+    _set(scene, scene.cycles, "cycles", "blur_glossy", 0.0)
+    bending = [obj for obj in scene.objects if collect.role_of(obj) in (roles.REFRACTOR, roles.MIRROR)]
+    if any(collect.role_of(obj) == roles.MIRROR for obj in bending):
+        _set(scene, scene.cycles, "cycles", "caustics_reflective", False)
+    if any((collect.optics_of(obj) or roles.Optics()).roughness > 0 for obj in bending if collect.role_of(obj) == roles.REFRACTOR):
+        _set(scene, scene.cycles, "cycles", "caustics_refractive", False)
 
 
 def _see_through(scene):

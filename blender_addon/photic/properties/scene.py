@@ -22,7 +22,7 @@ def _preview_changed(settings, _context):
 
 def _annotations():
     """The class's properties; one pointer for the options of each method."""
-    metres = {"subtype": "TRANSLATION", "unit": "LENGTH", "size": 3}
+    metres = {"subtype": "TRANSLATION", "unit": "LENGTH", "size": 3, "precision": 3}
     per_metre = {"size": 3, "min": 0.0, "soft_max": 2.0, "precision": 3}
     own = {
         "domain_from": EnumProperty(name="Domain", items=(

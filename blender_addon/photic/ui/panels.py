@@ -10,7 +10,7 @@ from ..operators import job
 from ..properties import method_options
 from ..properties.things import ROLES
 
-CHARACTERS_A_LINE = 44
+CHARACTERS_A_LINE = 36
 ROLE_NAMES = {identifier: name for identifier, name, _ in ROLES}
 ROLE_ICONS = {roles.REFRACTOR: "MOD_OCEAN", roles.MIRROR: "SHADING_RENDERED", roles.RECEIVER: "MESH_PLANE",
               roles.MOVABLE: "EMPTY_ARROWS", roles.BLOCKER: "MESH_CUBE", roles.IGNORE: "X"}
@@ -68,9 +68,11 @@ class PHOTIC_PT_preview(Sidebar, bpy.types.Panel):
         row.operator("photic.preview", text="Show", icon="HIDE_OFF", depress=settings.previewing).show = True
         row.operator("photic.preview", text="Hide", icon="HIDE_ON", depress=not settings.previewing).show = False
         layout.prop(settings, "strength")
-        layout.prop(settings, "match_cycles")
-        layout.prop(settings, "show_medium")
-        layout.prop(settings, "preview_after_bake")
+        column = layout.column()
+        column.use_property_split = False       # the sidebar is too narrow for a name and a box side by side
+        column.prop(settings, "match_cycles")
+        column.prop(settings, "show_medium")
+        column.prop(settings, "preview_after_bake")
         row = layout.row(align=True)
         row.operator("photic.load", icon="FILE_REFRESH")
         row.operator("photic.remove", icon="TRASH")
@@ -82,16 +84,19 @@ class PHOTIC_PT_domain(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.photic
-        layout.use_property_split = True
         layout.row().prop(settings, "domain_from", expand=True)
+        layout.use_property_split = True
         if settings.domain_from == "CUSTOM":
             layout.prop(settings, "domain_min")
             layout.prop(settings, "domain_max")
-            layout.prop(settings, "domain_shown")
         layout.operator("photic.fit_domain", icon="SHADING_BBOX")
-        layout.row().prop(settings, "size_by", expand=True)
-        layout.prop(settings, "resolution" if settings.size_by == "RESOLUTION" else "voxel_size")
-        layout.prop(settings, "shear")
+        column = layout.column()
+        column.use_property_split = False
+        if settings.domain_from == "CUSTOM":
+            column.prop(settings, "domain_shown")
+        column.row().prop(settings, "size_by", expand=True)
+        column.prop(settings, "resolution" if settings.size_by == "RESOLUTION" else "voxel_size")
+        column.prop(settings, "shear")
 
 
 class PHOTIC_PT_roles(Sidebar, bpy.types.Panel):
@@ -146,8 +151,8 @@ class PHOTIC_PT_medium(Sidebar, bpy.types.Panel):
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.photic
-        layout.use_property_split = True
         layout.row().prop(settings, "medium_from", expand=True)
+        layout.use_property_split = True
         if settings.medium_from == "SCENE":
             for name in ("absorption", "scattering", "anisotropy"):
                 layout.prop(settings, name)
