@@ -9,7 +9,7 @@ import numpy
 class Mesh:
     positions: numpy.ndarray    # n x 3, world [m]
     triangles: numpy.ndarray    # m x 3
-    smooth_share: float         # of the triangles that are shaded smooth
+    smooth_share: float         # of the polygons that are shaded smooth
 
     def bounds(self):
         return self.positions.min(axis=0), self.positions.max(axis=0)
@@ -54,8 +54,6 @@ def evaluated(object_evaluated, matrix_world, depsgraph):
         mesh.loop_triangles.foreach_get("vertices", triangles)
         smooth = numpy.empty(len(mesh.polygons), dtype=bool)
         mesh.polygons.foreach_get("use_smooth", smooth)
-        polygon_of = numpy.empty(count, dtype=numpy.int32)
-        mesh.loop_triangles.foreach_get("polygon_index", polygon_of)
     finally:
         object_evaluated.to_mesh_clear()
     matrix = numpy.array(matrix_world, dtype=float)
@@ -63,4 +61,4 @@ def evaluated(object_evaluated, matrix_world, depsgraph):
     triangles = triangles.reshape(-1, 3)
     if numpy.linalg.det(matrix[:3, :3]) < 0:
         triangles = triangles[:, ::-1]
-    return Mesh(positions, triangles, float(smooth[polygon_of].mean()))
+    return Mesh(positions, triangles, float(smooth.mean()))
