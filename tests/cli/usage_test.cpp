@@ -88,7 +88,7 @@ TEST(Usage, MethodsAreListedAsDocumented) {
             }
         }
     }
-    EXPECT_EQ(names, (Strings{"beams", "photons", "eikonal"}));
+    EXPECT_EQ(names, (Strings{"beams", "photons", "eikonal", "wave"}));
     EXPECT_NE(photic(place, {"methods"}).out.find("photons"), std::string::npos);
 }
 
