@@ -77,12 +77,20 @@ void volumeErrors(const Effort& effort, Findings& findings) {
         findings.points.push_back({series, series + ", " + label, t.seconds, e.rmse});
         ladder.seconds.push_back(t.seconds), ladder.errors.push_back(e.rmse);
     };
-    Ladder beams, adaptive, quasi, random;
+    Ladder beams, adaptive, linear, planes, quasi, random;
     for (const std::int64_t cells :
          effort.quick ? std::vector<std::int64_t>{16, 32} : std::vector<std::int64_t>{128, 192, 256, 384, 512, 768}) {
         run("beams", fmt::format("mesh {}", cells), text, "beams", mesh(cells), beams);
     }
     run("beams", "adaptive", text, "beams", {}, adaptive);
+    // One plane a layer bounds the others: what density gains shows with four.
+    truth::pool3::SceneText fine = text;
+    fine.bake = "quadrature = 4\n";
+    for (const std::int64_t cells : effort.quick ? std::vector<std::int64_t>{16} : std::vector<std::int64_t>{128, 256, 512}) {
+        run("beams, 4 planes", fmt::format("mesh {}", cells), fine, "beams", mesh(cells), planes);
+        run("beams, 4 planes, linear", fmt::format("mesh {}", cells), fine, "beams",
+            mesh(cells) | option("interpolation", std::string("linear")), linear);
+    }
     const auto counts = effort.quick ? std::vector<double>{1e3, 1e4} : std::vector<double>{1e5, 1e6, 1e7};
     for (const double count : counts) {
         const auto paths = option("count", static_cast<std::int64_t>(count));
