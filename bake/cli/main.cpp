@@ -8,6 +8,7 @@
 #include "bake/cli/arguments.h"
 #include "bake/cli/terminal.h"
 #include "bake/cli/verbs.h"
+#include "bake/field/heap.h"
 #include "bake/report/error.h"
 
 namespace {
@@ -29,6 +30,7 @@ int runVerb(const photic::cli::Verb& verb, photic::cli::Terminal& terminal) {
 
 int main(int argc, char** argv) {
     using photic::ErrorCode;
+    photic::keepFreedMemory();
     photic::cli::installSignalHandlers();
     photic::cli::Terminal terminal(photic::cli::progressMode(argc, argv));
     const auto fail = [&](ErrorCode code, const std::string& where, const std::string& message) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bake/methods/eikonal_front.h"
+#include "bake/optics/beer_lambert.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -91,9 +92,12 @@ private:
                         front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
                     if (past && beyond_ == EikonalBeyond::Dark) continue;
                 }
+                // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
+                const double half = 0.5 * frame_.world_from_index[2].z / std::max(-w.z, 0.1);
+                const double start = std::max(0.0, layer.distance[at] - half), length = layer.distance[at] + half - start;
                 double mean = 0;
                 for (int c = 0; c < channels; ++c) {
-                    const double e = share * sun[c] * (clear ? 1.0 : std::exp(-extinction[c] * layer.distance[at]));
+                    const double e = share * sun[c] * (clear ? 1.0 : meanTransmittance(extinction[c], start, length));
                     light[c * LightField::kLeafVoxels + offset] = static_cast<float>(e);
                     mean += e / channels;
                 }

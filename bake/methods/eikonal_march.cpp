@@ -11,6 +11,7 @@
 #include "bake/methods/eikonal_mercier.h"
 #include "bake/numerics/amplitude_transport.h"
 #include "bake/numerics/wavefront_curvature.h"
+#include "bake/optics/beer_lambert.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
@@ -219,9 +220,12 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
             if (arrival) arrival[offset] = static_cast<float>(t);
             const double share = shares.empty() ? 1.0 : double(shares[g.flat(cell)]);
             const double path = std::max(0.0, (level - g.centre(cell).z) / std::max(-w.z, 0.1));
+            // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
+            const double half = 0.5 * needed.frame().world_from_index[2].z / std::max(-w.z, 0.1);
+            const double start = std::max(0.0, path - half), length = path + half - start;
             double mean = 0;
             for (int k = 0; k < channels; ++k) {
-                const double e = share * sun[k] * std::exp(-extinction[k] * path);
+                const double e = share * sun[k] * meanTransmittance(extinction[k], start, length);
                 light[k * LightField::kLeafVoxels + offset] = static_cast<float>(e);
                 mean += e / channels;
             }

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "bake/field/heap.h"
 #include "tests/benchmark/sections.h"
 
 namespace {
@@ -101,6 +102,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    photic::keepFreedMemory();  // as the command line does
     try {
         return run(argc, argv);
     } catch (const std::exception& e) {

@@ -39,7 +39,7 @@ std::string csv(const std::vector<Table>& tables) {
 
 namespace {
 
-constexpr double kWidth = 760, kHeight = 480, kLeft = 70, kRight = 170, kTop = 40, kBottom = 50;
+constexpr double kWidth = 800, kHeight = 480, kLeft = 70, kRight = 210, kTop = 40, kBottom = 50;
 
 struct Axis {
     double low, high, from, to;  // powers of ten, pixels
