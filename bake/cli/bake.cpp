@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -220,6 +221,26 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
     return document;
 }
 
+/// No two of the files that are read and written may be one: the last to be written would silently replace the others.
+void checkDistinct(const BakeArguments& arguments, const FrameRange& range) {
+    std::map<fs::path, std::string> files;
+    const auto add = [&](const std::string& role, const std::string& path) {
+        std::error_code unknown;
+        const auto [known, fresh] = files.emplace(fs::weakly_canonical(path, unknown), role);
+        if (!fresh)
+            throw Error(ErrorCode::Usage, fmt::format("{} and {} are one file; give them names of their own", known->second, role), path);
+    };
+    add("the scene", arguments.scene);
+    if (!arguments.report_file.empty()) add("the report", arguments.report_file);
+    for (int frame = range.first; frame <= range.last; ++frame) {
+        add("the volume", outputPath(arguments, frame));
+        if (arguments.standard_error_file.empty()) continue;
+        BakeArguments named = arguments;
+        named.output = arguments.standard_error_file;
+        add("the standard error", outputPath(named, frame));
+    }
+}
+
 int dryRun(const BakeArguments& arguments, int frame_number, int frames, const std::string& output,
            Terminal& terminal) {
     Scene scene = loadScene(arguments.scene, frame_number, terminal);
@@ -267,6 +288,7 @@ int run(const BakeArguments& arguments, Terminal& terminal) {
     const int frames = range.last - range.first + 1;
     const std::string first_output = outputPath(arguments, range.first);
     if (arguments.dry_run) return dryRun(arguments, range.first, frames, first_output, terminal);
+    checkDistinct(arguments, range);
     checkWritable(first_output);
     if (!arguments.report_file.empty()) checkWritable(arguments.report_file);
 

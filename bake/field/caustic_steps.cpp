@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <vector>
 
@@ -86,8 +87,11 @@ void smooth(std::vector<double>& values, int nx, int ny) {
 }  // namespace
 
 void sharpenCaustic(LightField& caustic, double a, double b, double sign) {
+    std::atomic<bool> finite{true};
     const auto sharper = [&](float v) {
-        return static_cast<float>(a * std::pow(std::max(0.0, sign * static_cast<double>(v)), b));
+        const auto sharp = static_cast<float>(a * std::pow(std::max(0.0, sign * static_cast<double>(v)), b));
+        if (!std::isfinite(sharp)) finite = false;
+        return sharp;
     };
     forEachLeaf(caustic.needed(), [&](int slot) {
         if (caustic.state(slot) == LeafState::Dense) {
@@ -98,6 +102,9 @@ void sharpenCaustic(LightField& caustic, double a, double b, double sign) {
             caustic.setConstant(slot, value);
         }
     });
+    if (!finite)
+        throw Error(ErrorCode::Input, fmt::format("sharpening by {:g} max(0, v)^{:g} leaves the range of a float; use a smaller "
+                                                  "factor or exponent", a, b));
 }
 
 void dissipateCaustic(LightField& caustic, double threshold, double speed) {

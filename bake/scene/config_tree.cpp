@@ -88,6 +88,19 @@ const char* ConfigValue::kindName() const {
 }
 
 ConfigValue parseConfig(const std::string& text, const std::string& name) {
+    // The parser descends a level per part of a dotted key, and never asks how deep it is.
+    constexpr int kDeepest = 128;
+    int line = 1, parts = 0;
+    for (const char c : text) {
+        line += c == '\n' ? 1 : 0;
+        if (c == '.')
+            ++parts;
+        else if (c == '\n' || c == ',' || c == '=' || c == '"' || c == '\'' || c == '#')
+            parts = 0;
+        if (parts > kDeepest)
+            throw Error(ErrorCode::Input, fmt::format("a key of more than {} dotted parts; no key of a scene has more than 3", kDeepest),
+                        fmt::format("{}:{}", name, line));
+    }
     try {
         return convert(toml::parse(text, name), name);
     } catch (const toml::parse_error& error) {

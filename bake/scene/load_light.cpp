@@ -23,6 +23,11 @@ Light loadLight(const ConfigValue& value, std::size_t number) {
                    "'direction' has no length; give the direction that the light travels in, for example [0, 0, -1]");
     light.direction = unitVector(*direction);
     light.irradiance = table.colour("irradiance", notNegative("W/m2")).value_or(glm::dvec3(1000));
+    // Beyond these, single precision runs out of range on the way to the volume, whose values are relative anyway.
+    constexpr double kDimmest = 1e-12, kBrightest = 1e12;
+    const double brightest = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
+    if (brightest > kBrightest || (brightest > 0 && brightest < kDimmest))
+        table.fail("irradiance", fmt::format("'irradiance' is {:g} W/m2; give {:g} to {:g}, the sun has 1000", brightest, kDimmest, kBrightest));
     if (light.irradiance == glm::dvec3(0))
         table.fail("irradiance", "'irradiance' is 0; a light must shine in at least one channel");
     light.angular_diameter_deg = table.number("angular_diameter", between(0, 10, "degrees")).value_or(0.53);

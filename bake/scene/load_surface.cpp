@@ -106,8 +106,8 @@ Surface loadSurface(const ConfigValue& value, std::size_t number, const Domain* 
     surface.name = table.text("name").value_or(fmt::format("surface {}", number));
     surface.where = table.where();
     surface.event = static_cast<SurfaceEvent>(table.choice("event", {"refract", "reflect", "both"}).value_or(0));
-    surface.ior_above = table.number("ior_above", positive("")).value_or(surface.ior_above);
-    surface.ior_below = table.number("ior_below", positive("")).value_or(surface.ior_below);
+    surface.ior_above = table.number("ior_above", between(0.01, 100)).value_or(surface.ior_above);
+    surface.ior_below = table.number("ior_below", between(0.01, 100)).value_or(surface.ior_below);
 
     if (table.choice("kind", {"height_field", "mesh"}).value_or(0) == 0) {
         loadHeightField(table, domain, surface, context);

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/tubes/launch.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/bend_rows.h"
 
@@ -106,6 +109,14 @@ Lattice layLattice(const CornerTracer& tracer, const LaunchDomain& domain, const
         cells = extent / (options.spacing * voxel);
     else if (std::isfinite(surface.featureSize()))
         cells = extent / std::min(adaptiveSpacing(tracer, domain, light, frame, voxel, options.refine) * voxel, surface.featureSize());
+    // Far beyond any useful mesh: a surface that towers over the domain, or a spacing of nothing.
+    constexpr double kMostCells = 1e10;
+    if (!(cells.x * cells.y <= kMostCells))
+        throw Error(ErrorCode::Input,
+                    fmt::format("surface '{}' would be cut into {:.3g} x {:.3g} cells, {:.3g} m x {:.3g} m of it can light the domain; "
+                                "more than {:.0e} in all are refused: use a lower surface (amplitude, height, scale), a larger spacing or "
+                                "larger voxels",
+                                tracer.surface().name, cells.x, cells.y, extent.x, extent.y, kMostCells));
     lattice.columns = static_cast<int>(std::clamp(std::ceil(cells.x - 1e-9), 1.0, 1e6));
     lattice.rows = static_cast<int>(std::clamp(std::ceil(cells.y - 1e-9), 1.0, 1e6));
     lattice.step = extent / glm::dvec2(lattice.columns, lattice.rows);

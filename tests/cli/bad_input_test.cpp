@@ -137,6 +137,34 @@ TEST(BadInput, UnknownKeys) {
     expectSceneRefused(pool, 3, {"irradience", "irradiance"});
 }
 
+TEST(BadInput, FilesThatAreOneAndTheSame) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const std::string scene = place.read("pool.toml");
+    expectRefused(place, {"--report", "pool.toml"}, 2, {"the scene", "the report", "one file"});
+    expectRefused(place, {"-o", "pool.vdb", "--report", "./pool.vdb"}, 2, {"the report", "the volume"});
+    expectRefused(place, {"-o", "pool.vdb", "--method", "photons", "--standard-error", "pool.vdb"}, 2, {"the standard error"});
+    EXPECT_EQ(place.read("pool.toml"), scene);
+}
+
+TEST(BadInput, ASurfaceThatTowersOverTheDomain) {
+    PoolText pool;
+    for (const char* height : {"1e30", "1e300"}) {
+        pool.surface = std::string("waves = [{ amplitude = ") + height + ", wavelength = 1.0 }]";
+        expectSceneRefused(pool, 3, {"water", "lower surface"});
+    }
+    pool = {};
+    pool.bake = "[bake.beams]\nspacing = 1e-9";
+    expectSceneRefused(pool, 3, {"larger spacing"});
+}
+
+TEST(BadInput, AKeyWithoutABottom) {
+    PoolText pool;
+    for (int i = 0; i < 50000; ++i) pool.extra += "a.";
+    pool.extra += "b = 1\n";
+    expectSceneRefused(pool, 3, {"pool.toml:", "dotted"});
+}
+
 TEST(BadInput, ASunFromBelow) {
     PoolText pool;
     pool.sun_direction = "[0.4, 0.2, 0.5]";

@@ -132,14 +132,14 @@ TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnLinearDensity) {
             if (channels == 3) set.extinction = {0.02, 0.01, 0.04};
             VoxeliseOptions options;
             options.noise_floor = 3e-6;
-            DepositTotals totals, scalar_totals;
+            DepositTotals totals, scalar, constant_totals;
             options.kernel = DepositKernel::Scalar;
-            const LightField expected = voxelised(set, needed, options, scalar_totals, {channels, true});
+            const LightField expected = voxelised(set, needed, options, scalar, {channels, true});
             options.kernel = DepositKernel::Edges;
             options.instruction_set = GetParam();
             const LightField field = voxelised(set, needed, options, totals, {channels, true});
             set.spreads.clear();
-            const LightField constant = voxelised(set, needed, options, scalar_totals, {channels, true});
+            const LightField constant = voxelised(set, needed, options, constant_totals, {channels, true});
             double sum = 0, apart = 0, changed = 0;
             for (int slot = 0; slot < expected.leafCount(); ++slot)
                 for (int v = 0; v < LightField::kLeafVoxels && expected.state(slot) == LeafState::Dense; ++v) {
@@ -154,6 +154,7 @@ TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnLinearDensity) {
             if (channels == 1) {
                 EXPECT_NEAR(totals.expected / field.sum(0), 1, 3e-6) << "cell " << cell;
             }
+            EXPECT_NEAR(scalar.expected / totals.expected, 1, 3e-6) << "cell " << cell;
         }
     }
 }
