@@ -130,7 +130,7 @@ TEST_F(Refusals, SurfaceSources) {
     refusedSurface("kind = \"heightfield\"", "s.toml:10:1", {"unknown kind \"heightfield\"", "height_field"});
     refusedSurface("kind = \"mesh\"", "s.toml:9:1", {"needs 'file'"});
     refusedSurface("kind = \"mesh\"\nfile = \"a.obj\"\nsize = [4, 4]", "s.toml:12:1", {"'size'", "height_field"});
-    refusedSurface("flat = true\nior_below = 0", "s.toml:11:1", {"'ior_below' is 0", "greater than 0"});
+    refusedSurface("flat = true\nior_below = 0", "s.toml:11:1", {"'ior_below' is 0", "0.01 to 100"});
     refusedSurface("flat = true\nior_above = inf", "s.toml:11:1", {"inf", "finite"});
     refusedSurface("flat = true\nevent = \"refracts\"", "s.toml:11:1", {"unknown event", "did you mean 'refract'?"});
     SceneText text;
