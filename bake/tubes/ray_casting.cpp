@@ -64,6 +64,14 @@ struct RayCaster::Impl {
     void add(int index, const std::shared_ptr<const TriangleMesh>& mesh, const std::string& name,
              const std::string& where) {
         if (!mesh || mesh->triangles.empty()) return;
+        // Doubles keep a tenth of a micrometre there; Embree, in floats, does not bear what lies beyond all bounds.
+        constexpr double kFarthest = 1e9;
+        for (const glm::dvec3& p : mesh->positions)
+            if (const double reach = glm::length(p); reach > kFarthest)
+                throw Error(ErrorCode::Input,
+                            fmt::format("'{}' reaches {:.3g} m from the origin, more than {:.0e}; move the scene closer to it", name, reach,
+                                        kFarthest),
+                            where);
         for (const glm::dvec3& p : mesh->positions)
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
                 throw Error(ErrorCode::Input,

@@ -158,6 +158,12 @@ TEST(BadInput, ASurfaceThatTowersOverTheDomain) {
     expectSceneRefused(pool, 3, {"larger spacing"});
 }
 
+TEST(BadInput, AnObjectBeyondAllBounds) {
+    PoolText pool;
+    pool.extra = "[[object]]\nname = \"moon\"\nsphere = { center = [-1e300, 0, -1], radius = 0.1 }\n";
+    expectSceneRefused(pool, 3, {"moon", "from the origin"});
+}
+
 TEST(BadInput, AKeyWithoutABottom) {
     PoolText pool;
     for (int i = 0; i < 50000; ++i) pool.extra += "a.";
