@@ -7,6 +7,11 @@ get_property(photic_rooms GLOBAL PROPERTY PHOTIC_ROOMS)
 
 install(TARGETS ${photic_rooms} EXPORT photic_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT photic_targets NAMESPACE photic:: DESTINATION ${photic_package_dir})
+# What a game links, in an export of its own: it needs none of the baker's dependencies.
+install(TARGETS photic_runtime EXPORT photic_runtime_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT photic_runtime_targets NAMESPACE photic:: DESTINATION ${photic_package_dir})
+install(DIRECTORY runtime/include/photic DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY runtime/shaders DESTINATION ${CMAKE_INSTALL_DATADIR}/photic FILES_MATCHING PATTERN "*.glsl" PATTERN "README.md")
 if(TARGET photic)
   install(TARGETS photic RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
