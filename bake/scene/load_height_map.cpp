@@ -115,6 +115,11 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
     if (!displaced && table.has("displacement_channels")) table.exclusive({"displacement", "displacement_channels"});
     const double scale = table.number("scale", anyNumber("m")).value_or(1),
                  level = table.number("level", {}).value_or(0);
+    const auto site = static_cast<SampleSite>(table.choice("texels", {"centers", "corners"}).value_or(0));
+    if (site == SampleSite::Corners && place.outside == Outside::Periodic)
+        table.fail("texels",
+                   "texels at the corners hold both edges of the patch, which are one where it is periodic; "
+                   "leave the last row and column out, and use texels = \"centers\"");
     const std::string path = context.path(*table.text("file"));
 
     return placed(table, "file", [&]() -> std::shared_ptr<const HeightField> {
@@ -132,6 +137,7 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
 
         SplineFieldShape shape;
         shape.size = place.size, shape.center = place.center, shape.interpolation = loadInterpolation(table);
+        shape.site = site;
         shape.bounded = place.outside != Outside::Periodic;
         shape.boundary = shape.bounded ? GridBoundary::Free : GridBoundary::Periodic;
         const SampleGrid grid = samplesOf(heights, path, scale, level);

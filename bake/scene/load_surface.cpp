@@ -13,13 +13,14 @@ namespace photic {
 namespace {
 
 const std::vector<std::string> kMeshKeys{"up", "smooth"};
-const std::vector<std::string> kFileKeys{"channel", "scale", "level", "displacement", "displacement_channels"};
+const std::vector<std::string> kFileKeys{"channel", "scale", "level", "displacement", "displacement_channels",
+                                         "texels"};
 const std::vector<std::string> kSources{"file", "waves", "bump", "sea", "flat"};
 const std::vector<std::string> kHeightFieldKeys{
-    "channel",   "scale",   "level",  "displacement", "displacement_channels",
-    "waves",     "animate", "bump",   "sea",          "flat",
-    "height",    "size",    "center", "outside",      "interpolation",
-    "frame_rate"};
+    "channel",    "scale",   "level",  "displacement", "displacement_channels",
+    "waves",      "animate", "bump",   "sea",          "flat",
+    "height",     "size",    "center", "outside",      "interpolation",
+    "frame_rate", "texels"};
 
 void refuse(const TableReader& table, const std::vector<std::string>& keys, const char* reason) {
     for (const std::string& key : keys)

@@ -9,6 +9,12 @@
 namespace photic {
 namespace {
 
+/// Samples' widths that a rectangle holds along a side.
+int intervals(SampleSite site, int count) { return site == SampleSite::Corners ? count - 1 : count; }
+
+/// Place of sample 0 from the corner [samples].
+double firstSample(SampleSite site) { return site == SampleSite::Corners ? 0.0 : 0.5; }
+
 class SplineField final : public HeightField {
 public:
     SplineField(const SplineFieldShape& shape, const SampleGrid& heights,
@@ -17,7 +23,9 @@ public:
                                : Patch::unbounded()),
           center_z_(shape.center.z),
           corner_(glm::dvec2(shape.center) - 0.5 * shape.size),
-          samples_per_metre_(glm::dvec2(heights.width, heights.height) / shape.size),
+          samples_per_metre_(glm::dvec2(intervals(shape.site, heights.width), intervals(shape.site, heights.height)) /
+                             shape.size),
+          first_sample_(firstSample(shape.site)),
           height_(heights, shape.boundary, shape.interpolation) {
         if (displacement)
             for (const SampleGrid& grid : *displacement) moves_.emplace_back(grid, shape.boundary, shape.interpolation);
@@ -25,7 +33,7 @@ public:
 
     SurfacePoint at(glm::dvec2 uv) const override {
         if (!patch_.contains(uv)) return patch_.beyond(uv);
-        const glm::dvec2 s = (uv - corner_) * samples_per_metre_ - 0.5;
+        const glm::dvec2 s = (uv - corner_) * samples_per_metre_ - first_sample_;
         const glm::dvec3 h = perMetre(height_.at(s.x, s.y));
         if (moves_.empty()) return {{uv.x, uv.y, center_z_ + h.x}, {-h.y, -h.z, 1}};
         const glm::dvec3 x = perMetre(moves_[0].at(s.x, s.y)), y = perMetre(moves_[1].at(s.x, s.y));
@@ -49,8 +57,8 @@ public:
         for (std::size_t i = 0; i < length; ++i) {
             out.px[first + i] = start.x + step * static_cast<double>(first + i), out.py[first + i] = start.y,
                            out.nz[first + i] = 1;
-            x[i] =
-                (out.px[first + i] - corner_.x) * samples_per_metre_.x - 0.5 - static_cast<double>(line.first_column);
+            x[i] = (out.px[first + i] - corner_.x) * samples_per_metre_.x - first_sample_ -
+                   static_cast<double>(line.first_column);
         }
         std::vector<double> scratch(2 * line.columns);
         const auto evaluate = [&](const SplineGrid& grid, const SplineGrid::RowTarget& target) {
@@ -104,13 +112,14 @@ private:
     Line lineOver(glm::dvec2 start, double step, RowRange range) const {
         if (range.first == range.last) return {};
         const auto sample = [&](std::size_t i) {
-            return (start.x + step * static_cast<double>(i) - corner_.x) * samples_per_metre_.x - 0.5;
+            return (start.x + step * static_cast<double>(i) - corner_.x) * samples_per_metre_.x - first_sample_;
         };
         auto low = static_cast<std::int64_t>(std::floor(sample(range.first))),
              high = static_cast<std::int64_t>(std::floor(sample(range.last - 1)));
         if (patch_.bounded())
             low = std::max<std::int64_t>(low, -1), high = std::min<std::int64_t>(high, height_.width() - 1);
-        return {(start.y - corner_.y) * samples_per_metre_.y - 0.5, low - 1, static_cast<std::size_t>(high - low + 4)};
+        return {(start.y - corner_.y) * samples_per_metre_.y - first_sample_, low - 1,
+                static_cast<std::size_t>(high - low + 4)};
     }
 
     /// (value, d/du, d/dv) with derivatives per metre.
@@ -121,6 +130,7 @@ private:
     Patch patch_;
     double center_z_;
     glm::dvec2 corner_, samples_per_metre_;
+    double first_sample_;  // [samples] from the corner
     SplineGrid height_;
     std::vector<SplineGrid> moves_;
 };
@@ -135,11 +145,10 @@ std::shared_ptr<const HeightField> makeSplineField(const SplineFieldShape& shape
 double leastNormalZ(const HeightField& field, const SplineFieldShape& shape, int width, int height) {
     SurfaceRow row;
     double least = std::numeric_limits<double>::infinity();
-    const glm::dvec2 texel = shape.size / glm::dvec2(width, height),
-                     corner = glm::dvec2(shape.center) - 0.5 * shape.size;
+    const glm::dvec2 texel = shape.size / glm::dvec2(intervals(shape.site, width), intervals(shape.site, height)),
+                     first = glm::dvec2(shape.center) - 0.5 * shape.size + firstSample(shape.site) * texel;
     for (int y = 0; y < height; ++y) {
-        field.row({corner.x + 0.5 * texel.x, corner.y + (y + 0.5) * texel.y}, texel.x, static_cast<std::size_t>(width),
-                  row);
+        field.row({first.x, first.y + y * texel.y}, texel.x, static_cast<std::size_t>(width), row);
         least = std::min(least, *std::min_element(row.nz.begin(), row.nz.end()));
     }
     return least;

@@ -13,10 +13,16 @@
 
 namespace photic {
 
+/// Where samples lie in their rectangle.
+enum class SampleSite {
+    Centers,  ///< sample (i, j) at the corner + (i + 1/2, j + 1/2) * size / count, as the texels of a picture
+    Corners   ///< sample (i, j) at the corner + (i, j) * size / (count - 1), as the vertices of a mesh
+};
+
 /// Where a sampled surface lies and how it goes on.
 struct SplineFieldShape {
-    glm::dvec2 size{
-        1};  ///< [m] of the samples' rectangle: sample (i, j) is at its corner + (i + 1/2, j + 1/2) * size / count
+    glm::dvec2 size{1};  ///< [m] of the samples' rectangle
+    SampleSite site = SampleSite::Centers;
     glm::dvec3 center{0};  ///< [m] of that rectangle; heights count from center.z
     GridBoundary boundary = GridBoundary::Free;
     Interpolation interpolation = Interpolation::Bicubic;

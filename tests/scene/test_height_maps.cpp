@@ -42,6 +42,21 @@ TEST_F(HeightMaps, TopRowIsPlusYAndTexelsAreCentred) {
     EXPECT_DOUBLE_EQ(h->featureSize(), 0.5);
 }
 
+TEST_F(HeightMaps, TexelsAtCornersGoFromEdgeToEdge) {
+    map("h.exr", 9, 5, 1, [](int x, int y, int) { return x + 100 * y; });
+    const std::string keys = "file = \"h.exr\"\nsize = [4, 2]\ncenter = [10, 20, 1]\noutside = \"none\"\n";
+    const auto h = field(keys + "texels = \"corners\"");
+    EXPECT_NEAR(h->at({8, 21}).position.z, 1, 1e-10);
+    EXPECT_NEAR(h->at({12, 19}).position.z, 1 + 408, 1e-10);
+    EXPECT_NEAR(h->at({9.5, 20.5}).position.z, 1 + 103, 1e-10);
+    EXPECT_NEAR(h->at({10, 20}).normal.x, -2, 1e-10);
+    EXPECT_DOUBLE_EQ(h->featureSize(), 0.5);
+    EXPECT_LT(test::rowDifference(*h, {7.9, 20.3}, 0.01, 420), 1e-9);
+    EXPECT_GT(std::fabs(field(keys)->at({8, 21}).position.z - 1), 0.1);
+    refusedSurface("file = \"h.exr\"\nsize = [4, 2]\noutside = \"periodic\"\ntexels = \"corners\"", "s.toml:13:1",
+                   {"both edges", "centers"});
+}
+
 TEST_F(HeightMaps, BilinearWhenAsked) {
     map("h.exr", 8, 8, 1, [](int x, int, int) { return x == 4 ? 1.0 : 0.0; });
     const std::string keys = "file = \"h.exr\"\nsize = [8, 8]\n";
