@@ -94,7 +94,7 @@ private:
     BeamsDisc discFor(const Light& light) const {
         if (options_.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;
         if (options_.disc != BeamsDisc::Auto) return options_.disc;
-        return blurServes(scene_) ? BeamsDisc::Blur : BeamsDisc::Sample;
+        return blurServes(scene_, light, frame_) ? BeamsDisc::Blur : BeamsDisc::Sample;
     }
 
     void addDirection(const Light& light, const glm::dvec3& direction, double share, LightField& field) {

@@ -16,6 +16,9 @@ void frameAround(const glm::dvec3& d, glm::dvec3& across, glm::dvec3& up) {
     up = glm::cross(across, d);
 }
 
+/// [voxels]. Measured on a pool with a ball and walls: 0.43 and 0.72 % (L1) from 32 sampled directions at 0.3 and 0.7.
+constexpr double kWidestBlurOverShadows = 1.0;
+
 double angularRadius(const Light& light) { return 0.5 * light.angular_diameter_deg * std::numbers::pi / 180; }
 
 }  // namespace
@@ -37,12 +40,20 @@ std::vector<glm::dvec3> discDirections(const Light& light, int count) {
     return directions;
 }
 
-bool blurServes(const Scene& scene) {
-    for (const Surface& surface : scene.surfaces)
-        if (!surface.height_field || surface.event == SurfaceEvent::Both) return false;
-    for (const Object& object : scene.objects)
-        if (object.blocks() && !std::holds_alternative<Plane>(object.shape)) return false;
-    return scene.surfaces.size() == 1;
+bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) {
+    if (scene.surfaces.size() != 1) return false;
+    const Surface& surface = scene.surfaces.front();
+    if (!surface.height_field || surface.event == SurfaceEvent::Both) return false;
+    const bool silhouettes = std::any_of(scene.objects.begin(), scene.objects.end(), [](const Object& object) {
+        return object.blocks() && !std::holds_alternative<Plane>(object.shape);
+    });
+    if (!silhouettes) return true;
+    const auto kernel = discKernels(surface, light, frame);
+    const auto reach = [&](int k) {     // of the ellipse along x and y [voxels]; it grows evenly with depth
+        const glm::dmat2 disc = kernel(k).disc_from_unit;
+        return std::max(std::hypot(disc[0].x, disc[1].x), std::hypot(disc[0].y, disc[1].y));
+    };
+    return std::max(reach(frame.min.z), reach(frame.max.z)) <= kWidestBlurOverShadows;
 }
 
 std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame) {

@@ -415,7 +415,7 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
         const auto start = Clock::now();
         if (channels.flux) restoreFluxBound(to);
         if (options.disc && light.angular_diameter_deg > 0 && options.preset == WavePreset::None) {
-            if (blurServes(scene)) {
+            if (blurServes(scene, light, needed->frame())) {
                 blurLayers(to, discKernels(scene.surfaces.front(), light, needed->frame()), BeyondNeeded::Alike);
                 report.seconds.emplace_back("disc", secondsSince(start));
             } else {

@@ -4,10 +4,9 @@ import pathlib
 
 import numpy
 
-from ..core import mesh_file, roles, toml_text
+from ..core import height_file, mesh_file, roles, toml_text
 from ..core.program import BakerError
 from . import collect
-
 
 
 def domain_of(settings, scene):
@@ -36,6 +35,9 @@ def scene_text(settings, scene, folder, methods):
     for name, table in scene.lights:
         text.add("[[light]]", table, name)
     for item in scene.items:
+        if item.grid:
+            text.add("[[surface]]", _height_field(item, folder), item.object_name)
+            continue
         file = mesh_file.write_ply(folder, item.mesh.positions, item.mesh.triangles)
         smooth = item.mesh.smooth_share >= 0.5
         if item.role == roles.REFRACTOR:
@@ -52,6 +54,14 @@ def scene_text(settings, scene, folder, methods):
                               "anisotropy": scene.medium.anisotropy})
     _bake_tables(settings, scene, text, methods)
     return text
+
+
+def _height_field(item, folder):
+    grid = item.grid
+    moved = {"displacement": True} if grid.moves else {}
+    return {"name": item.name, "kind": "height_field", "file": height_file.write_exr(folder, grid.heights, grid.moves),
+            "texels": "corners", **moved, "size": list(grid.size), "center": list(grid.center), "outside": "none",
+            "event": "refract", "ior_above": 1.0, "ior_below": float(item.optics.ior)}
 
 
 def _bake_tables(settings, scene, text, methods):

@@ -175,4 +175,5 @@ class Job:
         s.ior = refractors[0] if refractors else 1.0
         medium = self.collected.medium
         s.has_density = medium.present()
+        s.forms = self.collected.forms_words
         s.baked_absorption, s.baked_scattering, s.baked_anisotropy = medium.absorption, medium.scattering, medium.anisotropy

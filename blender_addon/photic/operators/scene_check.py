@@ -25,6 +25,7 @@ def complaints(context):
     for item in bending:
         found += _of_surface(context, item)
     found += scene.notes
+    context.scene.photic.forms = scene.forms_words
     if bending and scene.lights:
         try:
             estimate(context, scene)
@@ -88,6 +89,8 @@ class PHOTIC_OT_validate(bpy.types.Operator):
         context.scene.photic.message = "\n".join(words for _, words in found)
         for _, words in found:
             self.report({"WARNING"}, words)
+        for words in filter(None, context.scene.photic.forms.split("\n")):
+            self.report({"INFO"}, words)
         if not found:
             self.report({"INFO"}, "Nothing is wrong")
         return {"FINISHED"}

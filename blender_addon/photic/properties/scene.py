@@ -81,6 +81,7 @@ def _annotations():
         "baked_anisotropy": FloatProperty(),
         "previewing": BoolProperty(),
         "message": StringProperty(),
+        "forms": StringProperty(),      # what the water was last baked, or looked at, as
         "estimate": StringProperty(),
     }
     for name, group in method_options.classes().items():

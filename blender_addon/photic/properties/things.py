@@ -18,6 +18,10 @@ ROLES = (
 class PhoticObject(bpy.types.PropertyGroup):
     role: bpy.props.EnumProperty(name="Role", items=ROLES, default="AUTO",
                                  description="What the object is to the bake")
+    surface: bpy.props.EnumProperty(
+        name="Surface", default="AUTO", description="What water is baked as",
+        items=(("AUTO", "Automatic", "A smooth height field where the mesh is a regular grid, otherwise the mesh"),
+               ("MESH", "Mesh", "The mesh as it is, with its normals")))
     ior: bpy.props.FloatProperty(name="Refractive index", min=0.0, max=5.0, precision=4,
                                  description="0: from the material (1.333 for an Ocean without a material that bends light)")
 

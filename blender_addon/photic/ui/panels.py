@@ -52,6 +52,8 @@ class PHOTIC_PT_bake(Sidebar, bpy.types.Panel):
         row.operator("photic.estimate", icon="INFO")
         if settings.estimate:
             paragraph(layout, settings.estimate)
+        if settings.forms:
+            paragraph(layout, settings.forms, icon="MOD_OCEAN")
         if settings.message:
             paragraph(layout.box(), settings.message, icon="ERROR")
 
@@ -205,6 +207,7 @@ class PHOTIC_PT_object(bpy.types.Panel):
         if obj.photic.role == "AUTO":
             layout.label(text=f"Found: {ROLE_NAMES[role]}", icon=ROLE_ICONS[role])
         if role == roles.REFRACTOR:
+            layout.prop(obj.photic, "surface")
             layout.prop(obj.photic, "ior")
 
 

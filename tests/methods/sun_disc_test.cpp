@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/sun_disc.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/methods/photon_scenes.h"
+
+namespace photic {
+namespace {
+
+/// Water over 1 m of voxels, a sun of 0.53 degrees: its disc has a radius of 3.5 mm at the bottom.
+bool blurs(Scene scene, double voxel_size) {
+    scene.lights[0].angular_diameter_deg = 0.53;
+    const auto count = static_cast<int>(1 / voxel_size);
+    return blurServes(scene, scene.lights[0],
+                      test_scenes::boxFrame({-0.5, -0.5, -1}, glm::ivec3(count), glm::dvec3(voxel_size)));
+}
+
+Object wall(Role role) {
+    return test_scenes::meshObject(test_scenes::rectangle({0, 0, -1}, {0.5, 0, 0}, {0, 0, 0.5}), role);
+}
+
+TEST(SunDisc, BlursWithoutSilhouettesWhateverItsReach) {
+    const Scene water = test_scenes::waterScene(0.3);
+    EXPECT_TRUE(blurs(water, 0.02));
+    EXPECT_TRUE(blurs(water, 0.001));
+}
+
+TEST(SunDisc, BlursOverShadowsUpToAVoxel) {
+    Scene scene = test_scenes::waterScene(0.3);
+    scene.objects = {wall(Role::Receiver)};
+    EXPECT_TRUE(blurs(scene, 0.02));
+    EXPECT_TRUE(blurs(scene, 1.0 / 250));
+    EXPECT_FALSE(blurs(scene, 1.0 / 350));
+    EXPECT_FALSE(blurs(scene, 0.001));
+    scene.objects = {wall(Role::Movable)};  // casts none
+    EXPECT_TRUE(blurs(scene, 0.001));
+}
+
+TEST(SunDisc, SamplesWhatOneBlurCannotShow) {
+    Scene both = test_scenes::waterScene(0.3);
+    both.surfaces[0].event = SurfaceEvent::Both;
+    EXPECT_FALSE(blurs(both, 0.02));
+    Scene two = test_scenes::waterScene(0.3);
+    two.surfaces.push_back(two.surfaces[0]);
+    EXPECT_FALSE(blurs(two, 0.02));
+    Scene mesh = test_scenes::waterScene(0.3);
+    mesh.surfaces[0].height_field = nullptr;
+    mesh.surfaces[0].mesh = test_scenes::rectangle({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    EXPECT_FALSE(blurs(mesh, 0.02));
+}
+
+}  // namespace
+}  // namespace photic
