@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "photic/runtime.h"
+#include "runtime/src/half_float.h"
+
+namespace photic::runtime {
+
+using Int3 = std::array<int, 3>;
+using Double3 = std::array<double, 3>;
+using Matrix3 = std::array<double, 9>;  ///< by rows
+
+inline Double3 multiply(const Matrix3& m, const Double3& v) {
+    return {m[0] * v[0] + m[1] * v[1] + m[2] * v[2], m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+            m[6] * v[0] + m[7] * v[1] + m[8] * v[2]};
+}
+
+/// Index to world: world = matrix * index + origin; voxel (i, j, k) is centred at that of (i, j, k).
+struct VoxelTransform {
+    Matrix3 world_from_index{1, 0, 0, 0, 1, 0, 0, 0, 1}, index_from_world{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    Double3 origin_world{0, 0, 0};
+
+    Double3 indexOf(const Double3& world) const {
+        return multiply(index_from_world,
+                        {world[0] - origin_world[0], world[1] - origin_world[1], world[2] - origin_world[2]});
+    }
+};
+
+/// Quotient rounded down; b > 0.
+inline int floorDivide(int a, int b) { return a / b - (a % b < 0); }
+inline int floorModulo(int a, int b) { return a - b * floorDivide(a, b); }
+
+/// What a Volume holds. Values are in units of the reference irradiance.
+struct VolumeData {
+    static constexpr int kSide = 8;      ///< voxels along a brick's edge
+    static constexpr int kVoxels = 512;  ///< of a brick
+
+    VoxelTransform transform;
+    Metadata metadata;
+    bool coloured = false, has_direction = true;
+    std::uint64_t repaired_values = 0;
+
+    Int3 brick_min{0, 0, 0};               ///< the box of bricks begins at voxel 8 * brick_min
+    Int3 brick_count{0, 0, 0};             ///< and has so many; pages.size() is their product
+    std::vector<std::uint32_t> pages;      ///< x fastest: the brick's number; 0 is darkness
+    std::vector<Half4> light;              ///< 512 per brick, x fastest, beginning with brick 0: flux.xyz, irradiance
+    std::vector<std::array<Half, 3>> rgb;  ///< irradiance per channel, likewise; empty when not coloured
+
+    Int3 lit_min{0, 0, 0}, lit_max{-1, -1, -1};  ///< voxels around all that is not dark
+    std::uint64_t lit_voxels = 0;
+    Int3 period{0, 0, 0};  ///< [voxels], from lit_min on; 0 along axes that do not repeat
+
+    std::uint32_t brickCount() const { return static_cast<std::uint32_t>(light.size() / kVoxels); }
+
+    /// Brick number of the page at (x, y, z) in bricks, absolute; 0 outside the box.
+    std::uint32_t page(int x, int y, int z) const {
+        x -= brick_min[0], y -= brick_min[1], z -= brick_min[2];
+        if (static_cast<unsigned>(x) >= static_cast<unsigned>(brick_count[0]) ||
+            static_cast<unsigned>(y) >= static_cast<unsigned>(brick_count[1]) ||
+            static_cast<unsigned>(z) >= static_cast<unsigned>(brick_count[2])) {
+            return 0;
+        }
+        const auto nx = static_cast<std::size_t>(brick_count[0]), ny = static_cast<std::size_t>(brick_count[1]);
+        return pages[(static_cast<std::size_t>(z) * ny + static_cast<std::size_t>(y)) * nx +
+                     static_cast<std::size_t>(x)];
+    }
+
+    /// The voxel along `axis` that stands for `v` when the light repeats.
+    int wrapped(int v, int axis) const {
+        const auto a = static_cast<std::size_t>(axis);
+        return period[a] == 0 ? v : lit_min[a] + floorModulo(v - lit_min[a], period[a]);
+    }
+
+    /// Where voxel (x, y, z) lies in `light` and `rgb`, wrapped; inside brick 0 when it is dark.
+    std::size_t slot(int x, int y, int z) const {
+        x = wrapped(x, 0), y = wrapped(y, 1), z = wrapped(z, 2);
+        const std::size_t brick = page(x >> 3, y >> 3, z >> 3);
+        return brick * kVoxels + static_cast<std::size_t>((x & 7) + 8 * (y & 7) + 64 * (z & 7));
+    }
+};
+
+/// Finds lit_min, lit_max and lit_voxels, then the period in voxels from that of the metadata in metres.
+/// @throws Failure{Format} when the period is no whole number of voxels along one of the grid's axes
+void finishVolume(VolumeData& data);
+
+/// Largest index of a voxel, either side of 0: keeps sums of indices far from overflowing.
+inline constexpr int kLargestIndex = 1 << 28;
+
+}  // namespace photic::runtime

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/runtime/nvdb_files.h"
+
+#include <nanovdb/util/GridBuilder.h>
+#include <nanovdb/util/IO.h>
+
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+namespace photic::test {
+namespace {
+
+nanovdb::Map mapOf(const NvdbSpec& spec) {
+    const auto& m = spec.world_from_index;
+    // NanoVDB takes matrices of row vectors here, as OpenVDB's are.
+    const double rows[4][4] = {{m[0], m[3], m[6], 0}, {m[1], m[4], m[7], 0}, {m[2], m[5], m[8], 0}, {0, 0, 0, 1}};
+    const double inverse[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};  // not read
+    nanovdb::Map map;
+    map.set(rows, inverse, 1.0);
+    for (int a = 0; a < 3; ++a) {
+        map.mVecD[a] = spec.origin_world[static_cast<std::size_t>(a)];
+        map.mVecF[a] = static_cast<float>(map.mVecD[a]);
+    }
+    return map;
+}
+
+/// Appends one blind datum, as NanoVDB lays them out: a record, then the bytes.
+nanovdb::GridHandle<> withBlindText(nanovdb::GridHandle<> handle, const std::string& text) {
+    const std::size_t record = handle.size(), data = record + sizeof(nanovdb::GridBlindMetaData);
+    const std::size_t size = (data + text.size() + 1 + 31) / 32 * 32;
+    auto buffer = nanovdb::HostBuffer::create(size);
+    std::memset(buffer.data(), 0, size);
+    std::memcpy(buffer.data(), handle.data(), record);
+    auto* grid = reinterpret_cast<nanovdb::GridData*>(buffer.data());
+    grid->mGridSize = size;
+    grid->mBlindMetadataOffset = static_cast<std::int64_t>(record);
+    grid->mBlindMetadataCount = 1;
+    auto* blind = reinterpret_cast<nanovdb::GridBlindMetaData*>(buffer.data() + record);
+    blind->setBlindData(buffer.data() + data);
+    blind->mElementCount = text.size() + 1;
+    blind->mDataType = nanovdb::GridType::Unknown;
+    std::strcpy(blind->mName, "photic");
+    std::memcpy(buffer.data() + data, text.c_str(), text.size() + 1);
+    return nanovdb::GridHandle<>(std::move(buffer));
+}
+
+class Writer {
+public:
+    explicit Writer(const NvdbSpec& spec) : spec_(spec) {}
+
+    template <class Value, class Build, class Get>
+    void add(const char* name, const Value& background, const Get& get) {
+        nanovdb::GridBuilder<Value, Build> builder(background, nanovdb::GridClass::Unknown);
+        auto access = builder.getAccessor();
+        for (int i = spec_.min[0]; i <= spec_.max[0]; ++i) {
+            for (int j = spec_.min[1]; j <= spec_.max[1]; ++j) {
+                for (int k = spec_.min[2]; k <= spec_.max[2]; ++k) {
+                    if (spec_.active && !spec_.active(i, j, k)) continue;
+                    access.setValue(nanovdb::Coord(i, j, k), get(spec_.values(i, j, k)));
+                }
+            }
+        }
+        auto handle = builder.getHandle(mapOf(spec_), name);
+        if (!spec_.json.empty() && first_) handle = withBlindText(std::move(handle), spec_.json);
+        first_ = false;
+        handles_.push_back(std::move(handle));
+    }
+
+    template <class Build>
+    void addScalars() {
+        const auto scalar = [&](const char* name, std::size_t component) {
+            add<float, Build>(name, 0.0F, [component](const LightValues& v) { return v[component]; });
+        };
+        scalar("irradiance", 3);
+        scalar("flux_x", 0), scalar("flux_y", 1), scalar("flux_z", 2);
+        if (spec_.coloured) scalar("irradiance_r", 4), scalar("irradiance_g", 5), scalar("irradiance_b", 6);
+    }
+
+    std::vector<unsigned char> bytes() const {
+        std::size_t size = 1 << 16;
+        for (const auto& handle : handles_) size += handle.size();
+        // NanoVDB skips forward past the end, which only a stream that is long enough allows.
+        std::stringstream out(std::string(size, '\0'));
+        nanovdb::io::writeGrids(out, handles_);
+        const std::string written = out.str();
+        return {written.begin(), written.begin() + static_cast<std::streamoff>(out.tellp())};
+    }
+
+private:
+    const NvdbSpec& spec_;
+    std::vector<nanovdb::GridHandle<>> handles_;
+    bool first_ = true;
+};
+
+}  // namespace
+
+std::vector<unsigned char> makeNvdb(const NvdbSpec& spec) {
+    using nanovdb::Vec3f;
+    using nanovdb::Vec4f;
+    Writer writer(spec);
+    const auto rgb = [](const LightValues& v) { return Vec3f(v[4], v[5], v[6]); };
+    switch (spec.encoding) {
+        case NvdbEncoding::Vec4:
+            writer.add<Vec4f, Vec4f>("flux", Vec4f(0, 0, 0, 0),
+                                     [](const LightValues& v) { return Vec4f(v[0], v[1], v[2], v[3]); });
+            if (spec.coloured) writer.add<Vec3f, Vec3f>("irradiance_rgb", Vec3f(0), rgb);
+            break;
+        case NvdbEncoding::Fp16:
+            writer.addScalars<nanovdb::Fp16>();
+            break;
+        case NvdbEncoding::Floats:
+            writer.addScalars<float>();
+            break;
+        case NvdbEncoding::Direction:
+            if (spec.coloured) {
+                writer.add<Vec3f, Vec3f>("irradiance", Vec3f(0), rgb);
+            } else {
+                writer.add<float, float>("irradiance", 0.0F, [](const LightValues& v) { return v[3]; });
+            }
+            writer.add<Vec3f, Vec3f>("direction", Vec3f(0), [](const LightValues& v) {
+                return v[3] > 0 ? Vec3f(v[0] / v[3], v[1] / v[3], v[2] / v[3]) : Vec3f(0);
+            });
+            break;
+    }
+    return writer.bytes();
+}
+
+LightValues swirl(int i, int j, int k) {
+    // A hash, so that every voxel differs from its neighbours as a caustic's do.
+    const auto random = [&](unsigned salt) {
+        unsigned h = static_cast<unsigned>(i) * 73856093U ^ static_cast<unsigned>(j) * 19349663U ^
+                     static_cast<unsigned>(k) * 83492791U ^ salt * 2654435761U;
+        h = (h ^ h >> 15) * 2246822519U;
+        h = (h ^ h >> 13) * 3266489917U;
+        return static_cast<float>((h ^ h >> 16) & 0xffffffU) / 16777216.0F;
+    };
+    const float r = 20 * random(1), g = 20 * random(2), b = 20 * random(3), mean = (r + g + b) / 3;
+    const float azimuth = 6.2831853F * random(4), down = 0.6F + 0.4F * random(5), side = std::sqrt(1 - down * down);
+    const float length = mean * (0.9F + 0.1F * random(6));
+    return {length * side * std::cos(azimuth), length * side * std::sin(azimuth), -length * down, mean, r, g, b};
+}
+
+}  // namespace photic::test
