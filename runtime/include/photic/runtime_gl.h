@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Photic's runtime, GPU half: light volumes on the GPU, and the passes that shade with them. OpenGL 4.3 or ES 3.1.
+//
+//     auto gpu = photic::runtime::GpuContext::create(loader);
+//     auto light = photic::runtime::GpuVolume::upload(*gpu, volume);
+//     auto receivers = photic::runtime::ReceiverPass::create(*gpu);
+//     ...each frame: receivers->draw(g_buffer, target, {{&*light}});
+//
+// All of it belongs to one GL context and is used where that is current. GL's state is as it was after every call, and
+// errors that the game left pending are forgotten. Nothing throws. Objects delete their GL names when they are
+// destroyed, which needs the context; after it is lost, call abandon() on each and create them anew.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "photic/gl_context.h"
+#include "photic/result.h"
+#include "photic/runtime.h"
+
+namespace photic::runtime {
+
+struct GlFunctions;
+
+/// GL's functions and limits, shared by all that is made with it. Copies are the same context.
+class GpuContext {
+public:
+    /// @return Error{Unsupported} for less than OpenGL 4.3 or ES 3.1
+    static Result<GpuContext> create(const GlLoader& loader);
+    const GlFunctions& gl() const { return *gl_; }
+    std::string renderer() const;
+
+private:
+    explicit GpuContext(std::shared_ptr<const GlFunctions> gl) : gl_(std::move(gl)) {}
+    std::shared_ptr<const GlFunctions> gl_;
+};
+
+/// How a volume lies in GPU memory.
+enum class Layout {
+    Automatic,  ///< Dense where more than 70 % of the box's blocks have light, otherwise Atlas; Buffer when no texture
+                ///< fits
+    Atlas,      ///< a 3D texture of bricks and a table of pages
+    Dense,      ///< one 3D texture of the whole box
+    Buffer      ///< the bricks in a shader storage buffer: for 3D textures that are too small; always exact
+};
+
+enum class Filter {
+    Hardware,  ///< one read; GPUs round weights to 1/256, which shows on spikes
+    Exact      ///< eight reads, weighted in float
+};
+
+enum class WhenTooLarge {
+    Coarsen,  ///< double the voxels until it fits
+    Refuse
+};
+
+struct UploadOptions {
+    Layout layout = Layout::Automatic;
+    Filter filter = Filter::Hardware;
+    std::uint64_t budget = std::uint64_t{512} << 20;  ///< of GPU memory, for this volume [bytes]
+    WhenTooLarge when_too_large = WhenTooLarge::Coarsen;
+    int largest_texture_3d = 0;               ///< [texels a side]; 0: what GL says
+    std::uint64_t largest_storage_block = 0;  ///< [bytes]; 0: what GL says
+};
+
+struct UploadInfo {
+    Layout layout = Layout::Automatic;
+    std::uint64_t bytes = 0;   ///< of GPU memory
+    std::uint32_t bricks = 0;  ///< that hold light; 0 when dense
+    double fill = 0;           ///< part of the box's blocks of 8^3 that have light
+    int coarsened = 0;         ///< how often the voxels were doubled
+};
+
+/// A light volume on the GPU.
+class GpuVolume {
+public:
+    /// Tries layouts until one fits the budget and GL's limits, then coarser voxels. The volume is not needed
+    /// afterwards, except to upload it again after the context was lost.
+    /// @return Error{Limit}, Error{Memory}
+    static Result<GpuVolume> upload(const GpuContext& context, const Volume& volume, const UploadOptions& options = {});
+
+    GpuVolume(GpuVolume&&) noexcept;
+    GpuVolume& operator=(GpuVolume&&) noexcept;
+    ~GpuVolume();
+
+    const UploadInfo& info() const;
+
+    /// Binds textures to units `first_texture`, + 1 and + 2, the parameters to uniform buffer binding `first_buffer`
+    /// and bricks in a buffer to storage buffer binding `first_buffer`, for a shader of the game's that includes
+    /// volumeGlsl(). This state stays bound.
+    /// @param weight  factor on the light, for blending frames or dimming
+    void bind(unsigned first_texture = 0, unsigned first_buffer = 0, float weight = 1);
+
+    /// The context is lost: forgets all GL names without deleting them.
+    void abandon();
+
+    struct Impl;
+    Impl& impl() { return *impl_; }
+    const Impl& impl() const { return *impl_; }
+
+private:
+    explicit GpuVolume(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+/// What volumeGlsl() is made for.
+struct GlslOptions {
+    std::string prefix = "photic";  ///< of every name, so that several volumes fit one shader: pondSample() ...
+    unsigned first_texture = 0;     ///< as in GpuVolume::bind
+    unsigned first_buffer = 0;
+    /// Automatic: Atlas or Dense, whichever is bound. Buffer needs a shader of its own.
+    Layout layout = Layout::Automatic;
+    Filter filter = Filter::Hardware;
+};
+
+/// GLSL for a game's own shader, to be put behind its #version: photicSample(), photicIrradiance(), photicInscatter(),
+/// photicEmpty() and what they need (runtime/shaders/photic_volume.glsl, photic_medium.glsl).
+std::string volumeGlsl(const GlslOptions& options = {});
+
+enum class NormalEncoding {
+    Signed,   ///< the texture holds -1 to 1
+    Unsigned  ///< it holds (n + 1) / 2
+};
+enum class ClipDepth { NegativeOneToOne, ZeroToOne };
+
+/// What a game has drawn: the surfaces that are seen. Textures are 2D, of one size, read without filtering.
+struct GBuffer {
+    unsigned depth = 0;    ///< window depth, 0 to 1, in the red channel of a depth or a float texture
+    unsigned normals = 0;  ///< world normals, towards the camera's side; need not be unit; not needed for media
+    unsigned albedo = 0;   ///< linear; 0: white
+    NormalEncoding normal_encoding = NormalEncoding::Signed;
+    ClipDepth clip_depth = ClipDepth::NegativeOneToOne;  ///< as glClipControl was when depth was drawn
+    float empty_depth = 1;                               ///< where nothing was drawn: 1, or 0 when depth is reversed
+    float world_from_clip[16] = {};                      ///< inverse of projection * view, column by column
+    float camera[3] = {};                                ///< [m], world
+};
+
+/// Where a pass draws: color attachment 0, a float texture as a rule.
+struct Target {
+    unsigned framebuffer = 0;
+    int x = 0, y = 0, width = 0, height = 0;  ///< [pixels]; stands for the whole of the GBuffer's textures
+};
+
+/// One of the volumes that light a scene. Light adds up: over lights, and over two frames with weights that sum to 1.
+struct LitVolume {
+    GpuVolume* volume = nullptr;
+    float weight = 1;
+};
+
+enum class ReceiverOutput {
+    Radiance,   ///< of diffuse surfaces: albedo / pi * E [W/(m2 sr)]
+    Irradiance  ///< E [W/m2]
+};
+
+struct ReceiverOptions {
+    ReceiverOutput output = ReceiverOutput::Radiance;
+    /// Factor on the result: (n_camera / n_receiver)^2 for receivers in water seen from air (docs/light_volume.md).
+    float scale = 1;
+};
+
+/// Adds the light of the volumes to the surfaces of a G-buffer (blending with 1, 1).
+class ReceiverPass {
+public:
+    /// @return Error{Shader}
+    static Result<ReceiverPass> create(const GpuContext& context);
+    ReceiverPass(ReceiverPass&&) noexcept;
+    ReceiverPass& operator=(ReceiverPass&&) noexcept;
+    ~ReceiverPass();
+
+    /// @return Error{Usage} for a G-buffer without depth or normals or a target without pixels, Error{Shader}
+    Status draw(const GBuffer& surfaces, const Target& target, const std::vector<LitVolume>& volumes,
+                const ReceiverOptions& options = {});
+    void abandon();
+
+    struct Impl;
+
+private:
+    explicit ReceiverPass(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace photic::runtime

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// One light volume. Bindings are those of GpuVolume::bind(0, 0) unless these are defined before:
+#ifndef PHOTIC_BINDING_LIGHT
+#define PHOTIC_BINDING_LIGHT 0    // three texture units,
+#define PHOTIC_BINDING_COLOUR 1
+#define PHOTIC_BINDING_PAGES 2
+#define PHOTIC_BINDING_BUFFER 0   // a uniform buffer and, with PHOTIC_LIGHT_IN_BUFFER, a storage buffer
+#endif
+// PHOTIC_LAYOUT: 1 atlas, 2 dense; not defined: as the parameters say.
+// PHOTIC_LIGHT_IN_BUFFER: the bricks lie in a storage buffer.
+// PHOTIC_EXACT: eight reads weighted in float instead of the hardware's filter.
+
+#ifndef PHOTIC_LIGHT
+#define PHOTIC_LIGHT
+/// Light at a point.
+struct PhoticLight {
+    vec3 irradiance;  ///< fluence rate per channel [W/m2]
+    vec3 flux;        ///< of the mean of the channels [W/m2], along the direction of travel
+    float mean;       ///< of irradiance
+};
+#endif
+
+layout(std140, binding = PHOTIC_BINDING_BUFFER) uniform photic_parameters {
+    vec4 photic_row_x;       // local = dot(row.xyz, world - centre) + row.w, in voxels; voxel centres are whole numbers
+    vec4 photic_row_y;
+    vec4 photic_row_z;
+    vec4 photic_centre;      // xyz [m]; w: W/m2 of a stored 1
+    ivec4 photic_offset;     // cell = floor(local) + offset, counted from the first page's first; w: layout
+    ivec4 photic_cell_min;   // cells that may be lit, both inside; w: 1 when coloured
+    ivec4 photic_cell_max;   // w: 1 when there are directions
+    ivec4 photic_period;     // cells after which the light repeats, 0: it does not
+    ivec4 photic_dense_min;  // cell that the dense texture's first texel stands for
+    vec4 photic_texel;       // 1 / size of the texture
+    vec4 photic_lit_min;     // local box outside of which all is dark; unbounded where the light repeats
+    vec4 photic_lit_max;
+};
+
+layout(binding = PHOTIC_BINDING_PAGES) uniform highp usampler3D photic_pages;
+#ifdef PHOTIC_LIGHT_IN_BUFFER
+layout(std430, binding = PHOTIC_BINDING_BUFFER) readonly buffer photic_bricks {
+    uint photic_words[];  // per voxel 2 words of two halves: flux.xyz, mean; coloured: 4, then r, g, b, unused
+};
+#else
+layout(binding = PHOTIC_BINDING_LIGHT) uniform highp sampler3D photic_light;
+layout(binding = PHOTIC_BINDING_COLOUR) uniform highp sampler3D photic_rgb;
+#endif
+#ifndef PHOTIC_LAYOUT
+#define PHOTIC_LAYOUT photic_offset.w
+#endif
+
+/// Position in voxels, near 0 in the volume's middle, so that float has bits left for the fraction.
+vec3 photicLocal(vec3 world) {
+    vec3 p = world - photic_centre.xyz;
+    return vec3(dot(photic_row_x.xyz, p) + photic_row_x.w, dot(photic_row_y.xyz, p) + photic_row_y.w,
+                dot(photic_row_z.xyz, p) + photic_row_z.w);
+}
+
+/// The same of a direction: voxels per metre along it.
+vec3 photicLocalDirection(vec3 world) {
+    return vec3(dot(photic_row_x.xyz, world), dot(photic_row_y.xyz, world), dot(photic_row_z.xyz, world));
+}
+
+int photicWrap(int cell, int low, int period) {
+    int d = cell - low;  // GLSL leaves the remainder of negative numbers open
+    return low + (d >= 0 ? d % period : period - 1 - (-1 - d) % period);
+}
+
+/// The cell that a local position lies in, wrapped, and where in it. False where it is dark for certain: outside, or
+/// not a number.
+bool photicCell(vec3 local, out ivec3 cell, out vec3 fraction) {
+    cell = ivec3(0);
+    fraction = vec3(0.0);
+    if (!all(lessThan(abs(local), vec3(4e6)))) return false;
+    vec3 low = floor(local);
+    fraction = local - low;
+    cell = ivec3(low) + photic_offset.xyz;
+    if (photic_period.x != 0) cell.x = photicWrap(cell.x, photic_cell_min.x, photic_period.x);
+    if (photic_period.y != 0) cell.y = photicWrap(cell.y, photic_cell_min.y, photic_period.y);
+    if (photic_period.z != 0) cell.z = photicWrap(cell.z, photic_cell_min.z, photic_period.z);
+    return all(greaterThanEqual(cell, photic_cell_min.xyz)) && all(lessThanEqual(cell, photic_cell_max.xyz));
+}
+
+/// Entry of the page of a cell: the brick in the low 24 bits (for the atlas its place, a byte an axis); where that is 0,
+/// how far the dark reaches in the top byte.
+uint photicPage(ivec3 cell) { return texelFetch(photic_pages, cell >> 3, 0).r; }
+
+vec4 photicBlend(vec4 v000, vec4 v100, vec4 v010, vec4 v110, vec4 v001, vec4 v101, vec4 v011, vec4 v111, vec3 f) {
+    vec4 low = mix(mix(v000, v100, f.x), mix(v010, v110, f.x), f.y);
+    vec4 high = mix(mix(v001, v101, f.x), mix(v011, v111, f.x), f.y);
+    return mix(low, high, f.z);
+}
+
+#ifdef PHOTIC_LIGHT_IN_BUFFER
+vec4 photicHalves(uint word) { return vec4(unpackHalf2x16(photic_words[word]), unpackHalf2x16(photic_words[word + 1u])); }
+
+/// Eight voxels of a brick, beginning at word `at` and `stride` words apart.
+vec4 photicWeighted(uint at, uint stride, vec3 f) {
+    uint y = 9u * stride, z = 81u * stride;
+    return photicBlend(photicHalves(at), photicHalves(at + stride), photicHalves(at + y), photicHalves(at + y + stride),
+                       photicHalves(at + z), photicHalves(at + z + stride), photicHalves(at + y + z),
+                       photicHalves(at + y + z + stride), f);
+}
+#elif defined(PHOTIC_EXACT)
+vec4 photicWeighted(highp sampler3D s, ivec3 a, ivec3 b, vec3 f) {
+    return photicBlend(texelFetch(s, a, 0), texelFetch(s, ivec3(b.x, a.y, a.z), 0), texelFetch(s, ivec3(a.x, b.y, a.z), 0),
+                       texelFetch(s, ivec3(b.x, b.y, a.z), 0), texelFetch(s, ivec3(a.x, a.y, b.z), 0),
+                       texelFetch(s, ivec3(b.x, a.y, b.z), 0), texelFetch(s, ivec3(a.x, b.y, b.z), 0), texelFetch(s, b, 0), f);
+}
+#endif
+
+/// Light at a local position.
+PhoticLight photicSampleLocal(vec3 local) {
+    PhoticLight light = PhoticLight(vec3(0.0), vec3(0.0), 0.0);
+    ivec3 cell;
+    vec3 fraction;
+    if (!photicCell(local, cell, fraction)) return light;
+    vec4 v, colour;
+    bool coloured = photic_cell_min.w != 0;
+#ifdef PHOTIC_LIGHT_IN_BUFFER
+    uint brick = photicPage(cell) & 0xffffffu, stride = coloured ? 4u : 2u;
+    uvec3 corner = uvec3(cell & 7);
+    uint at = (brick * 729u + corner.x + 9u * corner.y + 81u * corner.z) * stride;
+    v = photicWeighted(at, stride, fraction);
+    colour = coloured ? photicWeighted(at + 2u, stride, fraction) : vec4(v.w);
+#else
+    ivec3 texel;
+    bool dense = PHOTIC_LAYOUT == 2;
+    if (dense) {
+        texel = cell - photic_dense_min.xyz;
+    } else {
+        uint brick = photicPage(cell);
+        texel = ivec3(brick & 255u, brick >> 8 & 255u, brick >> 16 & 255u) * 9 + (cell & 7);
+    }
+#ifdef PHOTIC_EXACT
+    ivec3 next = texel + 1;
+    // A dense texture ends where the light begins anew.
+    if (dense && photic_period.x != 0 && next.x == photic_period.x) next.x = 0;
+    if (dense && photic_period.y != 0 && next.y == photic_period.y) next.y = 0;
+    if (dense && photic_period.z != 0 && next.z == photic_period.z) next.z = 0;
+    v = photicWeighted(photic_light, texel, next, fraction);
+    colour = coloured ? photicWeighted(photic_rgb, texel, next, fraction) : vec4(v.w);
+#else
+    vec3 uvw = (vec3(texel) + fraction + 0.5) * photic_texel.xyz;
+    v = textureLod(photic_light, uvw, 0.0);
+    colour = coloured ? textureLod(photic_rgb, uvw, 0.0) : vec4(v.w);
+#endif
+#endif
+    light.flux = v.xyz * photic_centre.w;
+    light.mean = v.w * photic_centre.w;
+    light.irradiance = colour.xyz * photic_centre.w;
+    return light;
+}
+
+/// Light at a point [W/m2].
+/// @param world  [m]
+PhoticLight photicSample(vec3 world) { return photicSampleLocal(photicLocal(world)); }
+
+/// What a surface gets: E_c = irradiance_c * max(0, -normal . flux) / mean [W/m2] per channel.
+/// @param normal  unit, world, away from the surface
+vec3 photicIrradiance(vec3 world, vec3 normal) {
+    PhoticLight light = photicSample(world);
+    if (photic_cell_max.w == 0) return light.irradiance;
+    float towards = max(0.0, -dot(normal, light.flux));
+    return light.mean > 0.0 ? light.irradiance * (towards / light.mean) : vec3(0.0);
+}
+
+/// How far it is dark for certain from a local position on, in multiples of `direction`; 0 where there may be light.
+float photicEmptyLocal(vec3 local, vec3 direction) {
+    ivec3 cell;
+    vec3 fraction;
+    if (!photicCell(local, cell, fraction)) return 0.0;
+    uint entry = photicPage(cell);
+    if ((entry & 0xffffffu) != 0u) return 0.0;
+    int reach = int(entry >> 24);
+    ivec3 page = cell >> 3;
+    ivec3 first = (page - reach + 1) * 8, last = (page + reach) * 8;  // cells; `last` is outside
+    // What lies beyond the last cell of a period is the first again.
+    if (photic_period.x != 0) last.x = min(last.x, photic_cell_max.x + 1);
+    if (photic_period.y != 0) last.y = min(last.y, photic_cell_max.y + 1);
+    if (photic_period.z != 0) last.z = min(last.z, photic_cell_max.z + 1);
+    vec3 here = vec3(cell) + fraction;
+    vec3 room = vec3(direction.x > 0.0 ? float(last.x) - here.x : here.x - float(first.x),
+                     direction.y > 0.0 ? float(last.y) - here.y : here.y - float(first.y),
+                     direction.z > 0.0 ? float(last.z) - here.z : here.z - float(first.z));
+    vec3 steps = room / max(abs(direction), vec3(1e-12));
+    return max(0.0, min(steps.x, min(steps.y, steps.z)));
+}
+
+/// How far it is dark for certain from a point on along a unit direction [m]; 0 where there may be light.
+float photicEmpty(vec3 world, vec3 direction) {
+    return photicEmptyLocal(photicLocal(world), photicLocalDirection(direction));
+}

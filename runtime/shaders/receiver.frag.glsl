@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light of one volume on the surfaces of a G-buffer, to be added to what is there.
+#include "photic_volume.glsl"
+#include "g_buffer.glsl"
+in vec2 photic_uv;
+layout(location = 0) out vec4 photic_color;
+uniform float photic_scale;        // of the result
+uniform int photic_has_albedo;     // 0: albedo 1
+uniform int photic_as_irradiance;  // 1: irradiance instead of radiance
+
+void main() {
+    // The target stands for the whole G-buffer, which may be larger or smaller than it.
+    vec2 size = vec2(textureSize(photic_depth, 0));
+    ivec2 texel = ivec2(photic_uv * size);
+    float depth = texelFetch(photic_depth, texel, 0).r;
+    if (depth == photic_empty_depth) discard;
+    vec3 world = photicWorld((vec2(texel) + 0.5) / size, depth);
+    vec3 light = photicIrradiance(world, photicNormal(texel)) * photic_scale;
+    if (photic_as_irradiance == 0) {
+        light *= 0.31830988618;
+        if (photic_has_albedo != 0) light *= texelFetch(photic_albedo, texel, 0).rgb;
+    }
+    photic_color = vec4(light, 0.0);
+}

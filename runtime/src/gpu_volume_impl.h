@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "photic/runtime_gl.h"
+#include "runtime/src/gl_functions.h"
+
+namespace photic::runtime {
+
+/// The uniform block photic_parameters of photic_volume.glsl, by std140: rows of 16 bytes.
+struct VolumeParameters {
+    float row_x[4], row_y[4], row_z[4], centre[4];
+    std::int32_t offset[4], cell_min[4], cell_max[4], period[4], dense_min[4];
+    float texel[4], lit_min[4], lit_max[4];
+};
+static_assert(sizeof(VolumeParameters) == 12 * 16);
+
+struct GpuVolume::Impl {
+    explicit Impl(const GpuContext& of) : context(of) {}
+    ~Impl() { destroy(); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    void destroy();  ///< deletes the GL names
+
+    /// Textures to units, parameters and bricks to buffer bindings, as GpuVolume::bind() says.
+    void bind(unsigned first_texture, unsigned first_buffer, float weight);
+
+    GpuContext context;
+    GLuint light = 0, rgb = 0, pages = 0;     ///< 3D textures
+    GLuint bricks = 0, parameter_buffer = 0;  ///< buffers
+    GLuint sampler = 0;                       ///< trilinear; an axis repeats where the light does, in a dense texture
+    GLuint page_sampler = 0;                  ///< nearest
+    VolumeParameters parameters{};
+    float reference_irradiance = 1;
+    UploadInfo info;
+    Filter filter = Filter::Hardware;
+};
+
+}  // namespace photic::runtime

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/src/pass.h"
+
+#include "runtime/src/gl_program.h"
+#include "runtime/src/gpu_volume_impl.h"
+#include "runtime/src/guarded.h"
+
+namespace photic::runtime {
+
+FullScreenPass::~FullScreenPass() {
+    for (const auto& [key, program] : programs_) gl().DeleteProgram(program);
+    if (vertex_array_) gl().DeleteVertexArrays(1, &vertex_array_);
+    if (nearest_) gl().DeleteSamplers(1, &nearest_);
+}
+
+GLuint FullScreenPass::program(const std::vector<Define>& defines) {
+    std::string key;
+    for (const Define& define : defines) key += define.name + "=" + define.value + ";";
+    const auto known = programs_.find(key);
+    if (known != programs_.end()) return known->second;
+    const Result<GLuint> made =
+        makeProgram(gl(), {{GL_VERTEX_SHADER, "full_screen.vert.glsl"}, {GL_FRAGMENT_SHADER, file_}}, defines);
+    if (!made) throw Failure{made.error()};
+    return programs_[key] = *made;
+}
+
+GLuint FullScreenPass::programFor(const GpuVolume& volume) {
+    std::vector<Define> defines;
+    switch (volume.info().layout) {
+        case Layout::Buffer:
+            defines.push_back({"PHOTIC_LIGHT_IN_BUFFER", "1"});
+            break;
+        case Layout::Dense:
+            defines.push_back({"PHOTIC_LAYOUT", "2"});
+            break;
+        case Layout::Atlas:
+        case Layout::Automatic:
+            defines.push_back({"PHOTIC_LAYOUT", "1"});
+            break;
+    }
+    if (volume.impl().filter == Filter::Exact) defines.push_back({"PHOTIC_EXACT", "1"});
+    return program(defines);
+}
+
+void FullScreenPass::drawTriangle() {
+    if (!vertex_array_) gl().GenVertexArrays(1, &vertex_array_);
+    gl().BindVertexArray(vertex_array_);
+    gl().DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void FullScreenPass::abandon() {
+    programs_.clear();
+    vertex_array_ = nearest_ = 0;
+}
+
+void bindTarget(const GlFunctions& gl, const Target& target) {
+    if (target.width <= 0 || target.height <= 0) {
+        fail(ErrorCode::Usage, "the target is " + std::to_string(target.width) + " x " + std::to_string(target.height) +
+                                   " pixels; give it the size of its framebuffer");
+    }
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
+    gl.Viewport(target.x, target.y, target.width, target.height);
+}
+
+void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces) {
+    if (!nearest_) {
+        gl().GenSamplers(1, &nearest_);
+        gl().SamplerParameteri(nearest_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        gl().SamplerParameteri(nearest_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        gl().SamplerParameteri(nearest_, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+    }
+    const auto texture = [&](unsigned unit, GLuint name) {
+        gl().ActiveTexture(GL_TEXTURE0 + unit);
+        gl().BindTexture(GL_TEXTURE_2D, name);
+        gl().BindSampler(unit, nearest_);
+    };
+    texture(4, surfaces.depth);
+    texture(5, surfaces.normals);
+    texture(6, surfaces.albedo);
+    uniforms.setMatrix("photic_world_from_clip", surfaces.world_from_clip);
+    uniforms.set3("photic_camera", surfaces.camera);
+    uniforms.set("photic_empty_depth", surfaces.empty_depth);
+    uniforms.set("photic_clip_depth", surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0,
+                 surfaces.normal_encoding == NormalEncoding::Unsigned ? 1 : 0);
+}
+
+void requireVolumes(const std::vector<LitVolume>& volumes) {
+    for (const LitVolume& v : volumes) {
+        if (!v.volume) fail(ErrorCode::Usage, "a LitVolume has no volume");
+    }
+}
+
+}  // namespace photic::runtime

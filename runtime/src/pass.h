@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "photic/runtime_gl.h"
+#include "runtime/src/gl_functions.h"
+#include "runtime/src/shader_source.h"
+#include "runtime/src/uniforms.h"
+
+namespace photic::runtime {
+
+/// A full-screen pass: one fragment shader of runtime/shaders in its variants, compiled when first needed.
+class FullScreenPass {
+public:
+    FullScreenPass(const GpuContext& context, const char* fragment_file) : context_(context), file_(fragment_file) {}
+    ~FullScreenPass();
+    FullScreenPass(const FullScreenPass&) = delete;
+    FullScreenPass& operator=(const FullScreenPass&) = delete;
+
+    const GlFunctions& gl() const { return context_.gl(); }
+
+    /// The program with these defines. @throws Failure{Shader}
+    GLuint program(const std::vector<Define>& defines = {});
+    /// That for the layout and the filter of a volume.
+    GLuint programFor(const GpuVolume& volume);
+
+    /// Binds the G-buffer's textures to units 4 to 6, without filters of the game's, and sets the uniforms of
+    /// g_buffer.glsl.
+    void bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces);
+
+    /// Draws over the whole viewport with the program in use.
+    void drawTriangle();
+
+    /// The context is lost.
+    void abandon();
+
+private:
+    GpuContext context_;
+    const char* file_;
+    std::map<std::string, GLuint> programs_;
+    GLuint vertex_array_ = 0, nearest_ = 0;  ///< nearest_: a sampler
+};
+
+/// Binds the target and its viewport. @throws Failure{Usage} for a target without pixels
+void bindTarget(const GlFunctions& gl, const Target& target);
+
+/// @throws Failure{Usage} unless all volumes are there
+void requireVolumes(const std::vector<LitVolume>& volumes);
+
+}  // namespace photic::runtime

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/src/gl_state.h"
+#include "runtime/src/gpu_volume_impl.h"
+#include "runtime/src/guarded.h"
+#include "runtime/src/pass.h"
+
+namespace photic::runtime {
+
+struct ReceiverPass::Impl {
+    explicit Impl(const GpuContext& context) : pass(context, "receiver.frag.glsl") {}
+    FullScreenPass pass;
+};
+
+ReceiverPass::ReceiverPass(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ReceiverPass::ReceiverPass(ReceiverPass&&) noexcept = default;
+ReceiverPass& ReceiverPass::operator=(ReceiverPass&&) noexcept = default;
+ReceiverPass::~ReceiverPass() = default;
+void ReceiverPass::abandon() { impl_->pass.abandon(); }
+
+Result<ReceiverPass> ReceiverPass::create(const GpuContext& context) {
+    return guarded([&]() -> Result<ReceiverPass> {
+        auto impl = std::make_unique<Impl>(context);
+        impl->pass.program({{"PHOTIC_LAYOUT", "1"}});  // the usual one now, so that a driver's refusal shows here
+        return ReceiverPass(std::move(impl));
+    });
+}
+
+Status ReceiverPass::draw(const GBuffer& surfaces, const Target& target, const std::vector<LitVolume>& volumes,
+                          const ReceiverOptions& options) {
+    return guarded([&]() -> Status {
+        if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
+        requireVolumes(volumes);
+        FullScreenPass& pass = impl_->pass;
+        const GlFunctions& gl = pass.gl();
+        const GlStateGuard guard(gl);
+        bindTarget(gl, target);
+        gl.Enable(GL_BLEND);
+        gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+        for (const LitVolume& lit : volumes) {
+            if (lit.weight == 0) continue;
+            const Uniforms uniforms(gl, pass.programFor(*lit.volume));
+            pass.bindGBuffer(uniforms, surfaces);
+            uniforms.set("photic_scale", options.scale);
+            uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
+            uniforms.set("photic_as_irradiance", options.output == ReceiverOutput::Irradiance ? 1 : 0);
+            lit.volume->impl().bind(0, 0, lit.weight);
+            pass.drawTriangle();
+        }
+        return Done{};
+    });
+}
+
+}  // namespace photic::runtime

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cctype>
+
+#include "photic/runtime_gl.h"
+#include "runtime/src/guarded.h"
+#include "runtime/src/shader_source.h"
+
+namespace photic::runtime {
+namespace {
+
+bool inWord(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+
+/// Each identifier that begins with `photic` begins with `prefix` instead; PhoticLight and PHOTIC_... stay as they are.
+std::string renamed(const std::string& text, const std::string& prefix) {
+    constexpr std::string_view kOld = "photic";
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const bool starts = text.compare(i, kOld.size(), kOld) == 0 && (i == 0 || !inWord(text[i - 1]));
+        if (starts) {
+            out += prefix;
+            i += kOld.size() - 1;
+        } else {
+            out.push_back(text[i]);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+std::string volumeGlsl(const GlslOptions& options) {
+    std::string out;
+    const auto define = [&](const char* name, const std::string& value) {
+        out += std::string("#undef ") + name + "\n" +
+               (value.empty() ? "" : std::string("#define ") + name + " " + value + "\n");
+    };
+    define("PHOTIC_BINDING_LIGHT", std::to_string(options.first_texture));
+    define("PHOTIC_BINDING_COLOUR", std::to_string(options.first_texture + 1));
+    define("PHOTIC_BINDING_PAGES", std::to_string(options.first_texture + 2));
+    define("PHOTIC_BINDING_BUFFER", std::to_string(options.first_buffer));
+    define("PHOTIC_LAYOUT", options.layout == Layout::Atlas ? "1" : options.layout == Layout::Dense ? "2" : "");
+    define("PHOTIC_LIGHT_IN_BUFFER", options.layout == Layout::Buffer ? "1" : "");
+    define("PHOTIC_EXACT", options.filter == Filter::Exact ? "1" : "");
+    for (const char* file : {"photic_volume.glsl", "photic_medium.glsl"}) {
+        const Result<std::string> text = resolveIncludes(file);
+        if (text) out += renamed(*text, options.prefix);  // both are built in
+    }
+    return out;
+}
+
+}  // namespace photic::runtime
