@@ -91,6 +91,7 @@ namespace photic::runtime {
     F(GetShaderiv, GETSHADERIV)                           \
     F(GetString, GETSTRING)                               \
     F(GetStringi, GETSTRINGI)                             \
+    F(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV)     \
     F(GetUniformBlockIndex, GETUNIFORMBLOCKINDEX)         \
     F(GetUniformLocation, GETUNIFORMLOCATION)             \
     F(IsEnabled, ISENABLED)                               \
@@ -121,6 +122,7 @@ namespace photic::runtime {
     F(Uniform3i, UNIFORM3I)                               \
     F(Uniform4f, UNIFORM4F)                               \
     F(Uniform4fv, UNIFORM4FV)                             \
+    F(Uniform4i, UNIFORM4I)                               \
     F(UniformBlockBinding, UNIFORMBLOCKBINDING)           \
     F(UniformMatrix3fv, UNIFORMMATRIX3FV)                 \
     F(UniformMatrix4fv, UNIFORMMATRIX4FV)                 \

@@ -24,8 +24,7 @@ GLuint FullScreenPass::program(const std::vector<Define>& defines) {
     return programs_[key] = *made;
 }
 
-GLuint FullScreenPass::programFor(const GpuVolume& volume) {
-    std::vector<Define> defines;
+GLuint FullScreenPass::programFor(const GpuVolume& volume, std::vector<Define> defines) {
     switch (volume.info().layout) {
         case Layout::Buffer:
             defines.push_back({"PHOTIC_LIGHT_IN_BUFFER", "1"});

@@ -24,8 +24,8 @@ public:
 
     /// The program with these defines. @throws Failure{Shader}
     GLuint program(const std::vector<Define>& defines = {});
-    /// That for the layout and the filter of a volume.
-    GLuint programFor(const GpuVolume& volume);
+    /// That for the layout and the filter of a volume, with more defines.
+    GLuint programFor(const GpuVolume& volume, std::vector<Define> defines = {});
 
     /// Binds the G-buffer's textures to units 4 to 6, without filters of the game's, and sets the uniforms of
     /// g_buffer.glsl.

@@ -15,6 +15,7 @@ public:
     void set(const char* name, float x, float y, float z, float w) const { gl_.Uniform4f(at(name), x, y, z, w); }
     void set(const char* name, int x) const { gl_.Uniform1i(at(name), x); }
     void set(const char* name, int x, int y) const { gl_.Uniform2i(at(name), x, y); }
+    void set(const char* name, int x, int y, int z, int w) const { gl_.Uniform4i(at(name), x, y, z, w); }
     void set3(const char* name, const float* v) const { gl_.Uniform3fv(at(name), 1, v); }
     void set4(const char* name, const float* v) const { gl_.Uniform4fv(at(name), 1, v); }
     /// Column by column.

@@ -183,4 +183,60 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+enum class StepJitter {
+    Middle,   ///< no noise; banded when steps are few
+    PerPixel  ///< noise that is even over neighbouring pixels, and over frames when `frame` counts up
+};
+enum class Skipping { DarkPages, Nothing };
+enum class MediumResolution {
+    Full,
+    Halved  ///< a quarter of the rays; spread to the pixels by how near their surfaces are
+};
+enum class Extinction {
+    Applied,  ///< what is behind the medium is dimmed by it
+    Left      ///< to the game
+};
+
+/// A homogeneous medium that the light shines through.
+struct MediumOptions {
+    float scattering[3] = {0, 0, 0};  ///< [1/m]
+    float absorption[3] = {0, 0, 0};  ///< [1/m]
+    float anisotropy = 0;             ///< g of Henyey-Greenstein, -1 to 1, both excluded
+    /// The medium is where dot(xyz, world) <= w: {0, 0, 1, level} is water below z = level. Everywhere by default.
+    float surface[4] = {0, 0, 0, 1};
+    int steps = 32;
+    StepJitter jitter = StepJitter::Middle;
+    int frame = 0;
+    Skipping skipping = Skipping::DarkPages;  ///< the same picture, bit by bit
+    MediumResolution resolution = MediumResolution::Full;
+    Extinction extinction = Extinction::Applied;
+    float scale = 1;  ///< factor on the scattered light
+};
+
+/// The medium that volumes were baked with (its coefficients are in their metadata).
+MediumOptions mediumOf(const Metadata& metadata);
+
+/// Dims what a G-buffer shows by a medium in front of it and adds the light that the medium scatters once towards the
+/// camera, which is a perspective one.
+class MediumPass {
+public:
+    /// @return Error{Shader}
+    static Result<MediumPass> create(const GpuContext& context);
+    MediumPass(MediumPass&&) noexcept;
+    MediumPass& operator=(MediumPass&&) noexcept;
+    ~MediumPass();
+
+    /// @return Error{Usage} for a G-buffer without depth, a target without pixels, or a medium that is none;
+    /// Error{Shader}, Error{Memory}
+    Status draw(const GBuffer& surfaces, const Target& target, const std::vector<LitVolume>& volumes,
+                const MediumOptions& options);
+    void abandon();
+
+    struct Impl;
+
+private:
+    explicit MediumPass(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> impl_;
+};
+
 }  // namespace photic::runtime
