@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light of one volume on the surfaces of a G-buffer, to be added to what is there.
-#include "photic_volume.glsl"
+// Light of one source on the surfaces of a G-buffer, to be added to what is there.
+// PHOTIC_LIGHT_SOURCE: 0 a volume, 1 a caustic map, 2 a look at the water's slopes.
+#ifndef PHOTIC_LIGHT_SOURCE
+#define PHOTIC_LIGHT_SOURCE 0
+#endif
 #include "g_buffer.glsl"
+#if PHOTIC_LIGHT_SOURCE == 0
+#include "photic_volume.glsl"
+#else
+#include "photic_water.glsl"
+#if PHOTIC_LIGHT_SOURCE == 1
+#include "photic_caustic_map.glsl"
+#define photicIrradiance photicCausticIrradiance
+#else
+#include "photic_water_lookup.glsl"
+#define photicIrradiance photicLookupIrradiance
+#endif
+#endif
 in vec2 photic_uv;
 layout(location = 0) out vec4 photic_color;
 uniform float photic_scale;        // of the result

@@ -6,6 +6,7 @@
 uniform highp sampler2D photic_ray_starts;      // water_rays.frag.glsl
 uniform highp sampler2D photic_ray_directions;
 uniform mat4 photic_clip_from_world;
+uniform int photic_mesh_step;        // vertices of the mesh from one corner to the next
 uniform float photic_volume_bottom;  // z [m] that every volume reaches down to
 
 // The triangle's frame: y along `normal`, 0 at the triangle, growing with the light; its rays have y = 1.
@@ -15,7 +16,7 @@ flat out float photic_power;                               // over the sun's irr
 
 void main() {
     int triangle = gl_VertexID / 6, corner = gl_VertexID % 6;
-    int columns = textureSize(photic_ray_starts, 0).x - 1;
+    int columns = (textureSize(photic_ray_starts, 0).x - 1) / photic_mesh_step;
     ivec2 cell = ivec2((triangle / 2) % columns, (triangle / 2) / columns);
     // Clockwise from above, so that the normal follows the light.
     ivec2 index[3];
@@ -25,10 +26,10 @@ void main() {
     vec3 position[3], ray[3];
     float power = 0.0;
     for (int i = 0; i < 3; ++i) {
-        vec4 start = texelFetch(photic_ray_starts, index[i], 0);
+        vec4 start = texelFetch(photic_ray_starts, index[i] * photic_mesh_step, 0);
         position[i] = start.xyz;
         power += start.w / 3.0;
-        ray[i] = texelFetch(photic_ray_directions, index[i], 0).xyz;
+        ray[i] = texelFetch(photic_ray_directions, index[i] * photic_mesh_step, 0).xyz;
     }
     vec3 e1 = position[1] - position[0], e2 = position[2] - position[0];
     vec3 normal = normalize(cross(e1, e2)), x = normalize(e1), z = cross(normal, x);

@@ -48,6 +48,7 @@ LiveWater::Impl::~Impl() {
     for (GLuint* t : {&map, &ray_starts, &ray_directions, &caustics}) {
         if (*t) gl.DeleteTextures(1, t);
     }
+    if (nearest) gl.DeleteSamplers(1, &nearest);
     if (volume_indices) gl.DeleteBuffers(1, &volume_indices);
     for (const GLuint p : {ray_program, mesh_program, volume_program}) {
         if (p) gl.DeleteProgram(p);
@@ -61,16 +62,15 @@ LiveWater::LiveWater(LiveWater&&) noexcept = default;
 LiveWater& LiveWater::operator=(LiveWater&&) noexcept = default;
 LiveWater::~LiveWater() = default;
 
-Result<LiveWater> LiveWater::create(const GlLoader& loader) {
-    auto gl = loadGlFunctions(loader);
-    if (!gl) return gl.error();
-    auto impl = std::make_unique<Impl>();
-    impl->gl = std::move(*gl);
+Result<LiveWater> LiveWater::create(const GpuContext& context) {
+    auto impl = std::make_unique<Impl>(context);
     const GlStateGuard guard(impl->gl);
     using Stages = std::vector<ShaderStage>;
     const std::pair<GLuint*, Stages> programs[] = {
         {&impl->ray_program,
          {{GL_VERTEX_SHADER, "full_screen.vert.glsl"}, {GL_FRAGMENT_SHADER, "water_rays.frag.glsl"}}},
+        {&impl->volume_program,
+         {{GL_VERTEX_SHADER, "warped_volume.vert.glsl"}, {GL_FRAGMENT_SHADER, "warped_volume.frag.glsl"}}},
         {&impl->mesh_program,
          {{GL_VERTEX_SHADER, "caustic_mesh.vert.glsl"}, {GL_FRAGMENT_SHADER, "caustic_mesh.frag.glsl"}}}};
     for (const auto& [program, stages] : programs) {
@@ -165,10 +165,11 @@ void LiveWater::Impl::setLookup(const Uniforms& u, int unit) const {
 
 void LiveWater::abandon() {
     Impl& w = *impl_;
-    for (GLuint* name : {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.framebuffer,
-                         &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program}) {
+    for (GLuint* name : {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.nearest,
+                         &w.framebuffer, &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program}) {
         *name = 0;
     }
+    w.volume_index_count = 0;
     w.columns = w.rows = w.mesh_columns = w.mesh_rows = w.layers = w.resolution = 0;
 }
 
@@ -179,10 +180,8 @@ std::size_t LiveWater::gpuBytes() const {
     const auto texels = [](int a, int b, int c) {
         return static_cast<std::size_t>(a) * static_cast<std::size_t>(b) * static_cast<std::size_t>(c);
     };
-    const std::size_t triangles = w.mesh_columns > 0 ? static_cast<std::size_t>(w.triangles()) : 0;
     return texels(w.columns, w.rows, 16) + texels(w.mesh_columns, w.mesh_rows, 32) +
-           texels(w.resolution, w.resolution, w.layers) * (w.full_precision ? 16 : 8) +
-           (w.volume_indices ? triangles * 24 * 4 : 0);
+           texels(w.resolution, w.resolution, w.layers) * (w.full_precision ? 16 : 8) + w.volume_index_count * 4;
 }
 
 }  // namespace photic::runtime

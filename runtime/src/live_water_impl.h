@@ -30,23 +30,26 @@ private:
 
 /// What a LiveWater holds, for the passes that draw with it.
 struct LiveWater::Impl {
-    Impl() = default;
+    explicit Impl(const GpuContext& gpu) : context(gpu) {}
     ~Impl();
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    GlFunctions gl;
+    GpuContext context;
+    const GlFunctions& gl = context.gl();
     // Textures and buffers; 0 while there are none.
     GLuint map = 0;                             ///< photic_water_map
     GLuint ray_starts = 0, ray_directions = 0;  ///< water_rays.frag.glsl
     GLuint caustics = 0;                        ///< photic_caustic_map
-    GLuint volume_indices = 0;
+    GLuint volume_indices = 0, nearest = 0;      ///< nearest: a sampler
     GLuint framebuffer = 0, vertex_array = 0;
     GLuint ray_program = 0, mesh_program = 0, volume_program = 0;
 
     // What the textures were made for.
     int columns = 0, rows = 0;            ///< of the map
     int mesh_columns = 0, mesh_rows = 0;  ///< vertices
+    int volume_step = 0;                  ///< that volume_indices are for
+    std::size_t volume_index_count = 0;
     int layers = 0, resolution = 0;
     bool full_precision = false, periodic_map = false;
     bool rays_current = false;  ///< traced since heights or light changed

@@ -61,17 +61,20 @@ void bindTarget(const GlFunctions& gl, const Target& target) {
     gl.Viewport(target.x, target.y, target.width, target.height);
 }
 
-void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces) {
-    if (!nearest_) {
-        gl().GenSamplers(1, &nearest_);
-        gl().SamplerParameteri(nearest_, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-        gl().SamplerParameteri(nearest_, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-        gl().SamplerParameteri(nearest_, GL_TEXTURE_COMPARE_MODE, GL_NONE);
-    }
+GLuint makeNearestSampler(const GlFunctions& gl) {
+    GLuint sampler = 0;
+    gl.GenSamplers(1, &sampler);
+    gl.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl.SamplerParameteri(sampler, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+    return sampler;
+}
+
+void bindGBuffer(const GlFunctions& gl, const Uniforms& uniforms, const GBuffer& surfaces, GLuint nearest) {
     const auto texture = [&](unsigned unit, GLuint name) {
-        gl().ActiveTexture(GL_TEXTURE0 + unit);
-        gl().BindTexture(GL_TEXTURE_2D, name);
-        gl().BindSampler(unit, nearest_);
+        gl.ActiveTexture(GL_TEXTURE0 + unit);
+        gl.BindTexture(GL_TEXTURE_2D, name);
+        gl.BindSampler(unit, nearest);
     };
     texture(4, surfaces.depth);
     texture(5, surfaces.normals);
@@ -81,6 +84,11 @@ void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfac
     uniforms.set("photic_empty_depth", surfaces.empty_depth);
     uniforms.set("photic_clip_depth", surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0,
                  surfaces.normal_encoding == NormalEncoding::Unsigned ? 1 : 0);
+}
+
+void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces) {
+    if (!nearest_) nearest_ = makeNearestSampler(gl());
+    runtime::bindGBuffer(gl(), uniforms, surfaces, nearest_);
 }
 
 void requireVolumes(const std::vector<LitVolume>& volumes) {

@@ -47,6 +47,12 @@ private:
 /// Binds the target and its viewport. @throws Failure{Usage} for a target without pixels
 void bindTarget(const GlFunctions& gl, const Target& target);
 
+/// A sampler without filters, for the textures of a G-buffer.
+GLuint makeNearestSampler(const GlFunctions& gl);
+
+/// What FullScreenPass::bindGBuffer does, for passes that draw something else.
+void bindGBuffer(const GlFunctions& gl, const Uniforms& uniforms, const GBuffer& surfaces, GLuint nearest);
+
 /// @throws Failure{Usage} unless all volumes are there
 void requireVolumes(const std::vector<LitVolume>& volumes);
 

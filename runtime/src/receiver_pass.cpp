@@ -2,9 +2,20 @@
 #include "runtime/src/gl_state.h"
 #include "runtime/src/gpu_volume_impl.h"
 #include "runtime/src/guarded.h"
+#include "runtime/src/live_water_impl.h"
 #include "runtime/src/pass.h"
 
 namespace photic::runtime {
+
+namespace {
+
+void setOptions(const Uniforms& uniforms, const GBuffer& surfaces, const ReceiverOptions& options) {
+    uniforms.set("photic_scale", options.scale);
+    uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
+    uniforms.set("photic_as_irradiance", options.output == ReceiverOutput::Irradiance ? 1 : 0);
+}
+
+}  // namespace
 
 struct ReceiverPass::Impl {
     explicit Impl(const GpuContext& context) : pass(context, "receiver.frag.glsl") {}
@@ -40,12 +51,44 @@ Status ReceiverPass::draw(const GBuffer& surfaces, const Target& target, const s
             if (lit.weight == 0) continue;
             const Uniforms uniforms(gl, pass.programFor(*lit.volume));
             pass.bindGBuffer(uniforms, surfaces);
-            uniforms.set("photic_scale", options.scale);
-            uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
-            uniforms.set("photic_as_irradiance", options.output == ReceiverOutput::Irradiance ? 1 : 0);
+            setOptions(uniforms, surfaces, options);
             lit.volume->impl().bind(0, 0, lit.weight);
             pass.drawTriangle();
         }
+        return Done{};
+    });
+}
+
+Status ReceiverPass::drawLit(const GBuffer& surfaces, const Target& target, const Lighting& lighting,
+                             const ReceiverOptions& options) {
+    LightSource source = lighting.source;
+    const LiveWater* water = lighting.water;
+    const bool has_map = water && water->hasCausticMap();
+    if (source == LightSource::Best) {
+        source = !lighting.volumes.empty() ? LightSource::Baked
+                 : has_map                 ? LightSource::CausticMap
+                                           : LightSource::Lookup;
+    }
+    if (source == LightSource::Baked) return draw(surfaces, target, lighting.volumes, options);
+    if (!water || !water->impl().map)
+        return Error{ErrorCode::Usage, "there is no water with heights to light receivers"};
+    if (source == LightSource::CausticMap && !has_map) {
+        return Error{ErrorCode::Usage, "the water has no caustic map; call updateCausticMap() first"};
+    }
+    return guarded([&]() -> Status {
+        if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
+        FullScreenPass& pass = impl_->pass;
+        const GlFunctions& gl = pass.gl();
+        const GlStateGuard guard(gl);
+        bindTarget(gl, target);
+        gl.Enable(GL_BLEND);
+        gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+        const bool mapped = source == LightSource::CausticMap;
+        const Uniforms uniforms(gl, pass.program({{"PHOTIC_LIGHT_SOURCE", mapped ? "1" : "2"}}));
+        pass.bindGBuffer(uniforms, surfaces);
+        setOptions(uniforms, surfaces, options);
+        mapped ? water->impl().setCausticMap(uniforms, 0) : water->impl().setLookup(uniforms, 0);
+        pass.drawTriangle();
         return Done{};
     });
 }

@@ -15,7 +15,9 @@ protected:
     void SetUp() override {
         WithGl::SetUp();
         if (!context_) return;
-        auto made = runtime::LiveWater::create(context_->loader());
+        const auto gpu = runtime::GpuContext::create(context_->loader());
+        ASSERT_TRUE(gpu.ok()) << gpu.error().message;
+        auto made = runtime::LiveWater::create(*gpu);
         ASSERT_TRUE(made.ok()) << made.error().message;
         water_.emplace(std::move(made).value());
         ASSERT_TRUE(water_->setLight(pool3Light()).ok());

@@ -162,6 +162,23 @@ struct ReceiverOptions {
     float scale = 1;
 };
 
+class LiveWater;
+
+/// Where light on receivers comes from: the switch by which a game falls back where nothing was baked.
+enum class LightSource {
+    Best,        ///< the first of the others that there is
+    Baked,       ///< volumes
+    CausticMap,  ///< of water that moves (photic/runtime_water.h)
+    Lookup       ///< at the water's slopes
+};
+
+/// What lights a scene.
+struct Lighting {
+    LightSource source = LightSource::Best;
+    std::vector<LitVolume> volumes;
+    const LiveWater* water = nullptr;
+};
+
 /// Adds the light of the volumes to the surfaces of a G-buffer (blending with 1, 1).
 class ReceiverPass {
 public:
@@ -174,6 +191,10 @@ public:
     /// @return Error{Usage} for a G-buffer without depth or normals or a target without pixels, Error{Shader}
     Status draw(const GBuffer& surfaces, const Target& target, const std::vector<LitVolume>& volumes,
                 const ReceiverOptions& options = {});
+    /// The same by whatever `lighting` chooses. What it gives is drawn alike: a receiver does not know its source.
+    /// @return Error{Usage} also when the chosen source is not there
+    Status drawLit(const GBuffer& surfaces, const Target& target, const Lighting& lighting,
+                   const ReceiverOptions& options = {});
     void abandon();
 
     struct Impl;

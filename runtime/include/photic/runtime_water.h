@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <memory>
 
-#include "photic/gl_context.h"
 #include "photic/result.h"
+#include "photic/runtime_gl.h"
 
 /// Water that nobody baked: what a game falls back to, and what moves. From the heights of a water surface and one sun:
 ///   - a look at the surface's slopes (Guerin and Izumi; GPU Gems): a texture read per point, any receiver, no state;
@@ -77,12 +77,18 @@ struct CausticMapOptions {
     bool full_precision = false;  ///< 32-bit instead of 16-bit floats
 };
 
-/// The passes that a LiveWater offers to a receiver (photic/runtime_gl.h draws with them).
+struct WarpedVolumesOptions {
+    float bottom = -1;                ///< z [m] that the volumes reach down to: below every receiver
+    int step = 1;                     ///< samples of the heights from one corner of a volume to the next
+    float scattering[3] = {0, 0, 0};  ///< of the water [1/m]; 0: light on receivers only
+    float anisotropy = 0;             ///< Henyey-Greenstein g
+};
+
+/// Water under a sun. ReceiverPass::drawLit (photic/runtime_gl.h) lights receivers with it.
 class LiveWater {
 public:
-    /// The GL context must be current.
     /// @return Error{Unsupported}, Error{Shader}
-    static Result<LiveWater> create(const GlLoader& loader);
+    static Result<LiveWater> create(const GpuContext& context);
     LiveWater(LiveWater&&) noexcept;
     LiveWater& operator=(LiveWater&&) noexcept;
     ~LiveWater();  ///< deletes the GL objects: the context must be current, or abandon() called before
@@ -98,6 +104,13 @@ public:
     /// GL state is put back.
     Status updateCausticMap(const CausticMapOptions& options);
     bool hasCausticMap() const;
+
+    /// Adds the radiance of receivers and of scattering water that the refracted light gives them [W/m2/sr]: each
+    /// triangle of the water is drawn as the bounding prism of its beam, each pixel in it tested, one pass. No shadows,
+    /// one refraction, as in the paper. Cost: the prisms' pixels, some hundreds deep where the water is finely meshed.
+    /// @param clip_from_world  projection * view, column by column, of which `surfaces` has the inverse
+    Status drawWarpedVolumes(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
+                             const WarpedVolumesOptions& options);
 
     /// The context is lost: forgets all GL names without deleting them. Create and fill anew.
     void abandon();

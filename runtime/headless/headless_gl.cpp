@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/support/gl_context.h"
+#include "runtime/headless/headless_gl.h"
 
 #ifdef PHOTIC_HAS_EGL
 #include <EGL/egl.h>
@@ -8,7 +8,7 @@
 #include <cstring>
 #endif
 
-namespace photic::test {
+namespace photic::runtime {
 
 #ifdef PHOTIC_HAS_EGL
 
@@ -84,7 +84,7 @@ HeadlessGl::~HeadlessGl() {
 
 void HeadlessGl::makeCurrent() const { eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_); }
 
-runtime::GlLoader HeadlessGl::loader() const { return {getProcAddress, nullptr}; }
+GlLoader HeadlessGl::loader() const { return {getProcAddress, nullptr}; }
 
 #else
 
@@ -94,8 +94,8 @@ std::unique_ptr<HeadlessGl> HeadlessGl::make(std::string& reason, GlApi) {
 }
 HeadlessGl::~HeadlessGl() = default;
 void HeadlessGl::makeCurrent() const {}
-runtime::GlLoader HeadlessGl::loader() const { return {}; }
+GlLoader HeadlessGl::loader() const { return {}; }
 
 #endif
 
-}  // namespace photic::test
+}  // namespace photic::runtime

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// The switch by which a game falls back where nothing was baked: one receiver pass, whatever the light's source.
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+
+#include "tests/runtime/drawn_scene.h"
+#include "tests/runtime/water_fixture.h"
+#include "tests/support/pool3.h"
+
+namespace photic::runtime {
+namespace {
+
+namespace pool3 = truth::pool3;
+
+class LightSources : public test::WithWater {
+protected:
+    void SetUp() override {
+        test::WithWater::SetUp();
+        if (!context_) return;
+        const auto gpu = GpuContext::create(context_->loader());
+        ASSERT_TRUE(gpu.ok());
+        auto made = ReceiverPass::create(*gpu);
+        ASSERT_TRUE(made.ok()) << made.error().message;
+        pass_.emplace(std::move(made).value());
+    }
+    void TearDown() override {
+        pass_.reset();
+        test::WithWater::TearDown();
+    }
+    std::optional<ReceiverPass> pass_;
+};
+
+/// A tilted plate in the pool, seen from above.
+struct Plate {
+    glm::dvec3 normal = glm::normalize(glm::dvec3(0.2, -0.3, 1));
+    test::DrawnView view{glm::perspective(0.6f, 1.0f, 0.1f, 10.0f) *
+                             glm::lookAt(glm::vec3(0.1f, 0.2f, 2), glm::vec3(0, 0, -1), glm::vec3(0, 1, 0)),
+                         {0.1f, 0.2f, 2}};
+    test::DrawnPoint operator()(const glm::dvec3& near, const glm::dvec3& far) const {
+        const double t = glm::dot(glm::dvec3(0, 0, -1) - near, normal) / glm::dot(far - near, normal);
+        test::DrawnPoint p;
+        p.position = glm::vec3(near + t * (far - near));
+        p.normal = glm::vec3(normal);
+        p.albedo = {0.5f, 0.25f, 1};
+        p.drawn = p.position.x < 0.3f;
+        return p;
+    }
+};
+
+TEST_F(LightSources, ReceiversAreLitByWhatTheSwitchSays) {
+    fill(test::pool3Water(128));
+    WaterLight light = test::pool3Light();
+    light.irradiance[2] = 3;
+    ASSERT_TRUE(water_->setLight(light).ok());
+    CausticMapOptions map;
+    map.bottom = -1.5f, map.resolution = 256, map.full_precision = true;
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 32, 32, plate);
+
+    std::vector<float> radiance[2];
+    for (const bool mapped : {false, true}) {
+        if (mapped) {
+            ASSERT_TRUE(water_->updateCausticMap(map).ok());
+        }
+        const LightSource source = mapped ? LightSource::CausticMap : LightSource::Lookup;
+        ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), {source, {}, &*water_}).ok());
+        radiance[mapped] = scene.read();
+        // Best takes the map as soon as there is one.
+        ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), {LightSource::Best, {}, &*water_}).ok());
+        EXPECT_EQ(scene.read(), radiance[mapped]);
+    }
+    EXPECT_NE(radiance[0], radiance[1]);
+
+    // Each pixel against the same function at the position that the depth texture holds.
+    for (const bool mapped : {false, true}) {
+        int drawn = 0;
+        for (int i = 0; i < 32 * 32; i += 101) {
+            const auto k = static_cast<std::size_t>(i);
+            const glm::dvec3 p = scene.positions()[k];
+            const float* pixel = &radiance[mapped][4 * k];
+            if (p.x >= 0.3) {
+                EXPECT_EQ(pixel[0], 0) << "nothing is drawn there";
+                continue;
+            }
+            const std::string at = "(vec3(" + std::to_string(p.x) + ", " + std::to_string(p.y) + ", " +
+                                   std::to_string(p.z) + "), normalize(vec3(0.2, -0.3, 1.0)))";
+            const auto direct = test::evaluate(
+                gl_, mapped ? "photic_caustic_map.glsl" : "photic_water_lookup.glsl",
+                "vec4(" + std::string(mapped ? "photicCausticIrradiance" : "photicLookupIrradiance") + at + ", 0)", 1,
+                1, [&](const Uniforms& u) {
+                    mapped ? water_->impl().setCausticMap(u, 0) : water_->impl().setLookup(u, 0);
+                });
+            const float albedo[3] = {0.5f, 0.25f, 1};
+            for (std::size_t c = 0; c < 3; ++c) {
+                const double expected = direct[c] * albedo[c] / std::numbers::pi;
+                EXPECT_NEAR(pixel[c], expected, 1e-3 * expected + 1e-4) << i << " channel " << c;
+            }
+            drawn += pixel[2] > 0;
+        }
+        EXPECT_GT(drawn, 4);
+    }
+}
+
+TEST_F(LightSources, IrradianceAndScaleAreThoseOfVolumes) {
+    fill(test::pool3Water(64));
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 16, 16, plate);
+    const Lighting lighting{LightSource::Lookup, {}, &*water_};
+    ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), lighting).ok());
+    const auto radiance = scene.read();
+    ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), lighting, {ReceiverOutput::Irradiance, 2}).ok());
+    const auto irradiance = scene.read();
+    for (std::size_t i = 0; i < radiance.size(); i += 4) {
+        EXPECT_NEAR(irradiance[i], 2 * radiance[i] / 0.5 * std::numbers::pi, 1e-5);
+    }
+}
+
+TEST_F(LightSources, WhatIsNotThereIsRefused) {
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 4, 4, plate);
+    EXPECT_FALSE(pass_->drawLit(scene.gbuffer(), scene.target(), {LightSource::Best, {}, nullptr}).ok());
+    EXPECT_FALSE(pass_->drawLit(scene.gbuffer(), scene.target(), {LightSource::Lookup, {}, &*water_}).ok())
+        << "no heights yet";
+    fill(test::pool3Water(16));
+    EXPECT_FALSE(pass_->drawLit(scene.gbuffer(), scene.target(), {LightSource::CausticMap, {}, &*water_}).ok());
+    EXPECT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), {LightSource::Best, {}, &*water_}).ok());
+}
+
+}  // namespace
+}  // namespace photic::runtime
