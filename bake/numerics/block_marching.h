@@ -30,7 +30,7 @@ struct EikonalProblem {
 struct BlockMarchingOptions {
     double tolerance = 1e-11;  ///< [n h] changes below this don't travel on
     /// Blocks whose next change is at most this far ahead of the earliest are advanced together [cells].
-    double band = 4;
+    double band = 6;
     std::span<const std::uint8_t> needed_blocks;  ///< one flag a slot; marching stops once those are final. Empty: all
     std::function<void(double)> progress;  ///< called now and then with the fraction of blocks reached; may throw
 };

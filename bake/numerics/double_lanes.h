@@ -79,11 +79,17 @@ inline Lanes gather(const double* from, const std::int32_t* index) {
 #endif
 }
 
-inline bool any(const LaneMask& m) {
-    std::int64_t bits = 0;
-    for (int l = 0; l < kLanes; ++l) bits |= m[l];
-    return bits != 0;
+/// One bit a lane.
+inline unsigned bitsOf(const LaneMask& m) {
+#if defined(__AVX512F__)
+    return _mm512_movepi64_mask(reinterpret_cast<__m512i>(m));
+#elif defined(__AVX2__)
+    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(m)));
+#else
+    return static_cast<unsigned>((m[0] & 1) | (m[1] & 2));
+#endif
 }
+inline bool any(const LaneMask& m) { return bitsOf(m) != 0; }
 
 }  // namespace
 }  // namespace photic::PHOTIC_ISA

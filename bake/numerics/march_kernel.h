@@ -10,13 +10,13 @@ namespace photic {
 
 inline constexpr int kHalo = 2;  // cells on either side that the second-order stencil reads
 inline constexpr int kRows = BlockGrid::kSide + 2 * kHalo;
-inline constexpr int kPitch = 16;  // a row with its halo, aligned: x lies at kFirst + x
-inline constexpr int kFirst = 4;
+inline constexpr int kPitch = 16;  // a row, aligned: x lies at kFirst + x, its halo beyond both ends
+inline constexpr int kFirst = 8;
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// One block with its surroundings, in cache.
 struct LocalBlock {
-    alignas(64) double t[kRows * kRows * kPitch];
+    alignas(64) double t[kRows * kRows * kPitch + kHalo];
     alignas(64) double cost[BlockGrid::kCells];  // n h
     double uniform_cost = 0;                     // where cost is not filled
     bool varies = false, second_order = true;

@@ -69,7 +69,7 @@ inline void solveUpwind(Upwind& a, Upwind& b, Upwind& c, const Lanes& s, Lanes& 
 struct RowUpdate {
     alignas(64) double value[8], moves[8], near_low[8], far_low[8], near_high[8], far_high[8];
     // Newton's corrections along the row in either direction, with zeros before the first and after the last.
-    alignas(64) double low[10] = {}, high[10] = {};
+    double low[10] = {}, high[10] = {};
 };
 
 /// For the cells from `first` on that fit a register.
@@ -99,41 +99,41 @@ inline void upwindLanes(const double* __restrict row, const double* __restrict r
 /// Newton's method along a row, whose cells depend on each other: the moves d solve d = F - T + F_1 d_1 + F_2 d_2, lane
 /// by lane in the direction of travel. Without it information would pass one cell an update.
 void solveAlongRow(RowUpdate& row) {
-    double lows = 0, highs = 0;
-    for (int l = 0; l < BlockGrid::kSide; ++l) lows += row.near_low[l], highs += row.near_high[l];
-    if (lows > 0) {
-        double near = 0, far = 0;
-        for (int l = 0; l < BlockGrid::kSide; ++l) {
-            const double d = (row.moves[l] + row.far_low[l] * far) + row.near_low[l] * near;
-            row.low[l + 2] = d, far = near, near = d;
-        }
-    }
-    if (highs > 0) {
-        double near = 0, far = 0;
-        for (int l = BlockGrid::kSide - 1; l >= 0; --l) {
-            const double d = (row.moves[l] + row.far_high[l] * far) + row.near_high[l] * near;
-            row.high[l] = d, far = near, near = d;
-        }
+    // Both directions at once: each is a chain in which every lane waits for the one before.
+    double low_near = 0, low_far = 0, high_near = 0, high_far = 0;
+    for (int l = 0, h = BlockGrid::kSide - 1; h >= 0; ++l, --h) {
+        const double low = (row.moves[l] + row.far_low[l] * low_far) + row.near_low[l] * low_near;
+        const double high = (row.moves[h] + row.far_high[h] * high_far) + row.near_high[h] * high_near;
+        row.low[l + 2] = low, low_far = low_near, low_near = low;
+        row.high[h] = high, high_far = high_near, high_near = high;
     }
 }
 
-/// Stores a row with its corrections; per lane, the earlier of old and new value where it changed. Returns the lanes
-/// that changed, and the largest change.
-std::int64_t replaceRow(double* __restrict t, const RowUpdate& __restrict row, double tolerance, double settled,
-                        double* __restrict earliest, std::int64_t& __restrict unsettled) {
-    std::int64_t moved = 0, rough = 0;
-    for (int l = 0; l < BlockGrid::kSide; ++l) {
-        const double fresh = row.value[l] + (row.near_low[l] * row.low[l + 1] + row.far_low[l] * row.low[l]) +
-                             (row.near_high[l] * row.high[l + 1] + row.far_high[l] * row.high[l + 2]);
-        const double change = std::fabs(fresh - t[l]);
-        const double low = fresh < t[l] ? fresh : t[l];
-        earliest[l] = change > tolerance ? low : 2 * kUnreached;
-        moved |= change > tolerance ? std::int64_t{1} << l : 0;
-        rough += change > settled ? 1 : 0;
-        t[l] = fresh;
+struct RowChange {
+    unsigned moved = 0, unsettled = 0;  // lanes that changed, and that are to be looked at again
+    double least = kNever;              // the earliest of their values, old and new
+};
+
+/// Stores a row with its corrections; per lane, the earlier of old and new value where it changed.
+RowChange replaceRow(double* __restrict t, const RowUpdate& __restrict row, double tolerance, double settled,
+                     double* __restrict earliest) {
+    RowChange out;
+    Lanes least_of_all = splat(2 * kUnreached);
+    for (int l = 0; l < BlockGrid::kSide; l += kLanes) {
+        const Lanes fresh =
+            load(row.value + l) +
+            (load(row.near_low + l) * load(row.low + l + 1) + load(row.far_low + l) * load(row.low + l)) +
+            (load(row.near_high + l) * load(row.high + l + 1) + load(row.far_high + l) * load(row.high + l + 2));
+        const Lanes old = load(t + l), change = magnitude(fresh - old);
+        const LaneMask moved = change > tolerance;
+        const Lanes first = moved ? least(fresh, old) : splat(2 * kUnreached);
+        store(earliest + l, first), store(t + l, fresh);
+        least_of_all = least(least_of_all, first);
+        out.moved |= bitsOf(moved) << l, out.unsettled |= bitsOf(change > settled) << l;
     }
-    unsettled = rough;
-    return moved;
+    out.least = least_of_all[0];
+    for (int l = 1; l < kLanes; ++l) out.least = least_of_all[l] < out.least ? least_of_all[l] : out.least;
+    return out;
 }
 
 /// Which of the rows at y - 1, y + 1, y - 2, y + 2, z - 1, z + 1, z - 2, z + 2 have a cell after the change beside it.
@@ -142,10 +142,10 @@ unsigned dependentRows(const double* __restrict t, const double* __restrict earl
     constexpr int offsets[8] = {-y, y, -2 * y, 2 * y, -z, z, -2 * z, 2 * z};
     unsigned rows = 0;
     for (int n = 0; n < 8; ++n) {
-        const double* row = t + offsets[n];
-        std::int64_t count = 0;
-        for (int l = 0; l < BlockGrid::kSide; ++l) count += row[l] > earliest[l] ? 1 : 0;
-        rows |= (count != 0 ? 1u : 0u) << n;
+        unsigned later = 0;
+        for (int l = 0; l < BlockGrid::kSide; l += kLanes)
+            later |= bitsOf(load(t + offsets[n] + l) > load(earliest + l));
+        rows |= (later != 0 ? 1u : 0u) << n;
     }
     return rows;
 }
@@ -175,13 +175,12 @@ void advanceRow(LocalBlock& b, int bit) {
             }
     solveAlongRow(row);
     alignas(64) double earliest[8];
-    std::int64_t unsettled = 0;
-    const std::int64_t moved = replaceRow(t, row, b.tolerance, b.settled, earliest, unsettled);
-    if (moved == 0) return;
+    const RowChange change = replaceRow(t, row, b.tolerance, b.settled, earliest);
+    if (change.moved == 0) return;
     b.changed |= std::uint64_t{1} << bit;
-    const double least = *std::min_element(earliest, earliest + 8);
+    const double least = change.least;
     // Newton squares the error: after a small move the row need not be looked at again for its own sake.
-    if (unsettled != 0) due(b, bit, least);
+    if (change.unsettled != 0) due(b, bit, least);
     const unsigned dependent = dependentRows(t, earliest) & (reach == 2 ? 0xffu : 0x33u);
     for (unsigned rest = dependent; rest != 0; rest &= rest - 1) {
         const int n = std::countr_zero(rest), step = (n & 2 ? 2 : 1) * (n & 1 ? 1 : -1);
@@ -198,8 +197,8 @@ void advanceRow(LocalBlock& b, int bit) {
         else
             due(b, at, least);
     }
-    if (moved & ((1 << reach) - 1)) leave(b, 0, bit, least);
-    if (moved >> (8 - reach)) leave(b, 1, bit, least);
+    if (change.moved & ((1u << reach) - 1)) leave(b, 0, bit, least);
+    if (change.moved >> (8 - reach)) leave(b, 1, bit, least);
 }
 
 /// Sweeps over the rows that are due, each time in another direction, until none is.
@@ -207,9 +206,14 @@ void solveBlock(LocalBlock& b) {
     std::fill_n(b.leaving, 6, 0u);
     for (auto& keys : b.leaving_key) std::fill_n(keys, 64, kNever);
     b.changed = 0, b.updates = 0, b.dirty = 0;
-    for (int bit = 0; bit < 64; ++bit) b.dirty |= std::uint64_t{b.key[bit] <= b.limit} << bit;
+    int first = 0;  // the earliest row: sweeps start from its corner, as the front does
+    for (int bit = 0; bit < 64; ++bit) {
+        b.dirty |= std::uint64_t{b.key[bit] <= b.limit} << bit;
+        if (b.key[bit] < b.key[first]) first = bit;
+    }
+    const int corner = (first & 32 ? 7 << 3 : 0) | (first & 4 ? 7 : 0);
     for (int sweep = 0; b.dirty != 0 && sweep < kMaxSweeps; ++sweep) {
-        const int flip = (sweep & 1 ? 7 << 3 : 0) | (sweep & 2 ? 7 : 0);
+        const int flip = corner;
         for (int i = 0; i < 64; ++i) {
             const int bit = i ^ flip;
             if (!(b.dirty >> bit & 1)) continue;
