@@ -10,6 +10,7 @@
 #include "bake/methods/eikonal_front.h"
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
+#include "bake/scene/index_volume.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -43,7 +44,7 @@ const std::vector<OptionBinding<EikonalOptions>>& eikonalOptions() {
 
 std::string eikonalRefusal(const Scene& scene) {
     if (scene.lights.size() != 1)
-        return fmt::format("it bakes one sun, and the scene has {} lights; bake one volume a light, or use beams",
+        return fmt::format("it bakes one light, and the scene has {} lights; bake one volume a light, or use beams",
                            scene.lights.size());
     if (scene.surfaces.size() != 1)
         return fmt::format("it bakes one height field, and the scene has {} surfaces; use beams",
@@ -58,6 +59,9 @@ std::string eikonalRefusal(const Scene& scene) {
         return fmt::format("'{}' has ior_below {} under ior_above {}, where light can be reflected totally; use beams",
                            surface.name, surface.ior_below, surface.ior_above);
     if (scene.lights.front().direction.z >= 0) return "the light comes from below; use beams";
+    if (scene.index && scene.index->least() < surface.ior_above)
+        return fmt::format("the [[index]] goes down to {:.4g} under ior_above {}, where light can be reflected totally",
+                           scene.index->least(), surface.ior_above);
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
     return {};
 }
@@ -79,12 +83,27 @@ void describe(const EikonalFields& fields, const EikonalOptions& options, const 
         meta["single_arrival_fraction"] = fmt::format("{:.4f}", double(fields.single) / double(fields.below));
 }
 
+/// What the options cannot do in this scene.
+void checkTogether(const Scene& scene, const EikonalOptions& options, bool marching, const GivenOptions& given) {
+    const auto refuse = [&](const char* option, const char* why) {
+        throw Error(ErrorCode::Input, why, given.at(option).where);
+    };
+    if (scene.index && options.preset == EikonalPreset::Mercier)
+        refuse("preset", "preset = \"mercier\" is the paper's infinite index, and the scene has an [[index]]; use exact");
+    if (scene.index && options.solver == EikonalSolver::FootPoints)
+        refuse("solver", "foot points need a constant index, and the scene has an [[index]]; use solver = \"marching\"");
+    if (marching && options.beyond == EikonalBeyond::Dark)
+        refuse("beyond", "marching does not know which voxels lie past a caustic; use solver = \"foot_points\" with "
+                         "beyond = \"dark\"");
+}
+
 BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
                        Monitor& monitor) {
     EikonalOptions options;
     applyOptions<EikonalOptions>("eikonal", options, eikonalOptions(), given);
     const bool mercier = options.preset == EikonalPreset::Mercier;
-    const bool marching = mercier || options.solver == EikonalSolver::Marching;
+    const bool marching = mercier || options.solver == EikonalSolver::Marching || scene.index;
+    checkTogether(scene, options, marching, given);
     const GridFrame& frame = needed->frame();
     using Clock = std::chrono::steady_clock;
     auto last = Clock::now();
@@ -107,10 +126,14 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
 
     const EikonalFront front(scene, options, frame);
     std::optional<CausticMap> caustics;
-    if (scene.bake.grids.irradiance && !mercier)
+    if (scene.bake.grids.irradiance && !mercier && !scene.index)
         caustics.emplace(front, frame.world_from_index[0].x);
     else
-        report.skipped.emplace_back("where several arrivals meet: irradiance is not asked for");
+        report.skipped.emplace_back(scene.index ? "where several arrivals meet: rays bend on their way"
+                                                : "where several arrivals meet: irradiance is not asked for");
+    if (scene.index)
+        report.warnings.emplace_back(
+            "irradiance is that of the first arrival; where rays that the index bends have crossed, others are missing");
     report.seconds.emplace_back("surface", lap());
 
     EikonalFields fields{LightField(needed, {scene.coloured() ? 3 : 1, true}), std::nullopt, std::nullopt};

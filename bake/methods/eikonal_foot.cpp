@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 
 #include "bake/methods/eikonal_front.h"
+#include "bake/methods/eikonal_shade.h"
 #include "bake/optics/beer_lambert.h"
 #include "bake/threads/parallel_for.h"
 
@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kMargin = 3;  // columns beyond the sides, through which sheets of rays come in
 
-/// Writes layers of foot points into leaves.
+/// Writes layers of foot points into leaves: eight layers are kept in rows along x and then written together, since a
+/// leaf's voxels lie along z.
 class LayerWriter {
 public:
     LayerWriter(const Scene& scene, const EikonalFront& front, const CausticMap* caustics, EikonalBeyond beyond,
@@ -24,15 +25,41 @@ public:
           beyond_(beyond),
           fields_(fields),
           needed_(fields.light.needed()),
-          frame_(needed_.frame()) {}
+          frame_(needed_.frame()),
+          nx_(static_cast<std::size_t>(frame_.size().x)),
+          ny_(static_cast<std::size_t>(frame_.size().y)) {
+        const std::size_t slab = 8 * nx_ * ny_;
+        for (auto* rows : {&share_, &w_[0], &w_[1], &w_[2]}) rows->resize(slab);
+        if (fields.caustic) curvature_.resize(slab);
+        if (fields.arrival) arrival_.resize(slab);
+        if (scene.medium.present()) distance_.resize(slab);
+        if (caustics) past_.resize(slab);
+    }
 
-    void write(int z, const glm::dvec3& corner, const FootPointLayer& layer) {
-        const glm::ivec3 size = frame_.size(), low = frame_.min;
-        if (caustics_)
-            caustics_->layer(corner.z,
-                             glm::dvec2(corner) + double(kMargin) * glm::dvec2(frame_.world_from_index[0].x,
-                                                                               frame_.world_from_index[1].y),
-                             {frame_.world_from_index[0].x, frame_.world_from_index[1].y}, size.x, size.y, past_);
+    /// Layers come from above, each z once.
+    void add(int z, const glm::dvec3& corner, const FootPointLayer& layer) {
+        const double step_x = frame_.world_from_index[0].x, step_y = frame_.world_from_index[1].y;
+        const std::size_t plane = static_cast<std::size_t>(z & 7) * nx_ * ny_;
+        const glm::dvec2 inner = glm::dvec2(corner) + double(kMargin) * glm::dvec2(step_x, step_y);
+        if (caustics_) {
+            caustics_->layer(corner.z, inner, {step_x, step_y}, frame_.size().x, frame_.size().y, marks_);
+            std::copy(marks_.begin(), marks_.end(), past_.begin() + static_cast<std::ptrdiff_t>(plane));
+        }
+        const auto part = [&](std::vector<float>& rows, std::size_t at) { return rows.empty() ? nullptr : &rows[at]; };
+        parallelFor(static_cast<std::int64_t>(ny_), [&](std::int64_t j) {
+            const auto y = static_cast<std::size_t>(j);
+            const std::size_t at = plane + y * nx_;
+            const ShadedRow out{&share_[at],          &w_[0][at],         &w_[1][at],         &w_[2][at],
+                                part(curvature_, at), part(arrival_, at), part(distance_, at)};
+            shadeRow(front_, layer, layer.at(kMargin, y + kMargin), static_cast<int>(nx_),
+                     {inner.x, step_x, inner.y + double(j) * step_y, corner.z, scene_.bake.grids.irradiance}, out);
+        });
+        if (z == frame_.min.z || (z & 7) == 0) flush(z);
+    }
+
+    /// Writes the layers from z up to the end of its leaves.
+    void flush(int z) {
+        const glm::ivec3 low = frame_.min;
         const int leaf_low_x = low.x >> 3, leaves_x = (frame_.max.x >> 3) - leaf_low_x + 1;
         const int leaf_low_y = low.y >> 3, leaves_y = (frame_.max.y >> 3) - leaf_low_y + 1;
         std::atomic<std::int64_t> single{0}, below{0};
@@ -41,7 +68,8 @@ public:
             const int slot = needed_.slotOf(origin);
             if (slot < 0) return;
             Counts counts;
-            writeLeaf(slot, glm::max(origin, low), glm::min(origin + 7, frame_.max), z, corner, layer, counts);
+            const glm::ivec3 first(glm::max(glm::ivec2(origin), glm::ivec2(low)), z);
+            if (!writeWholeLeaf(slot, origin, counts)) writeLeaf(slot, first, glm::min(origin + 7, frame_.max), counts);
             single += counts.single, below += counts.below;
         });
         fields_.single += single, fields_.below += below;
@@ -52,58 +80,94 @@ private:
         std::int64_t single = 0, below = 0;
     };
 
-    void writeLeaf(int slot, const glm::ivec3& first, const glm::ivec3& last, int z, const glm::dvec3& corner,
-                   const FootPointLayer& layer, Counts& counts) {
+    /// The eight layers of a leaf, x fastest, as the leaf has them: z fastest.
+    void turn(const std::vector<float>& rows, const glm::ivec3& origin, float* leaf) const {
+        for (int y = 0; y < 8; ++y)
+            for (int z = 0; z < 8; ++z) {
+                const float* row = &rows[rowAt(origin, y, z)];
+                for (int x = 0; x < 8; ++x) leaf[x << 6 | y << 3 | z] = row[x];
+            }
+    }
+    std::size_t rowAt(const glm::ivec3& origin, int y, int z) const {
+        return (static_cast<std::size_t>(z) * ny_ + static_cast<std::size_t>(origin.y - frame_.min.y + y)) * nx_ +
+               static_cast<std::size_t>(origin.x - frame_.min.x);
+    }
+
+    /// A leaf that is wet and needed in all of its voxels, in clear water under white light: nearly every one.
+    bool writeWholeLeaf(int slot, const glm::ivec3& origin, Counts& counts) {
+        if (scene_.medium.present() || fields_.light.channels().irradiance != 1 || beyond_ == EikonalBeyond::Dark)
+            return false;
+        for (int a = 0; a < 3; ++a)
+            if (origin[a] < frame_.min[a] || origin[a] + 7 > frame_.max[a]) return false;
+        for (const std::uint64_t word : needed_.mask(slot))
+            if (word != ~std::uint64_t{0}) return false;
+        std::int64_t past = 0;
+        float least = 1;
+        for (int y = 0; y < 8; ++y)
+            for (int z = 0; z < 8; ++z)
+                for (std::size_t x = 0, row = rowAt(origin, y, z); x < 8; ++x) {
+                    least = std::min(least, share_[row + x]);
+                    if (!past_.empty()) past += past_[row + x];
+                }
+        if (!(least >= 0)) return false;
+        float* light = fields_.light.makeDense(slot);
+        turn(share_, origin, light);
+        const auto sun = static_cast<float>(front_.light().irradiance.x);
+        for (int v = 0; v < LightField::kLeafVoxels; ++v) light[v] *= sun;
+        for (int a = 0; a < 3; ++a) {
+            float* flux = light + (a + 1) * LightField::kLeafVoxels;
+            turn(w_[a], origin, flux);
+            for (int v = 0; v < LightField::kLeafVoxels; ++v) flux[v] *= light[v];
+        }
+        if (fields_.caustic) turn(curvature_, origin, fields_.caustic->makeDense(slot));
+        if (fields_.arrival) turn(arrival_, origin, fields_.arrival->makeDense(slot));
+        counts.below = LightField::kLeafVoxels, counts.single = LightField::kLeafVoxels - past;
+        return true;
+    }
+
+    void writeLeaf(int slot, const glm::ivec3& first, const glm::ivec3& last, Counts& counts) {
         const auto& mask = needed_.mask(slot);
         float *light = nullptr, *caustic = nullptr, *arrival = nullptr;
         const int channels = fields_.light.channels().irradiance;
-        const glm::dvec3 sun = front_.light().irradiance, extinction = scene_.medium.extinction();
-        const bool clear = !scene_.medium.present(), lit = scene_.bake.grids.irradiance;
-        const glm::dvec2 step(frame_.world_from_index[0].x, frame_.world_from_index[1].y);
+        const glm::dvec3 sun = front_.light().irradiance;
+        const bool clear = !scene_.medium.present();
         for (int x = first.x; x <= last.x; ++x)
-            for (int y = first.y; y <= last.y; ++y) {
-                const int offset = NeededVoxels::offsetInLeaf({x, y, z});
-                const std::size_t at = layer.at(static_cast<std::size_t>(x - frame_.min.x + kMargin),
-                                                static_cast<std::size_t>(y - frame_.min.y + kMargin));
-                if (layer.arrival[at] >= FootPointLayer::kAboveSurface || !NeededVoxels::maskBit(mask, offset))
-                    continue;
-                ++counts.below;
-                if (!light) {
-                    light = fields_.light.makeDense(slot);
-                    if (fields_.caustic) caustic = fields_.caustic->makeDense(slot);
-                    if (fields_.arrival) arrival = fields_.arrival->makeDense(slot);
+            for (int y = first.y; y <= last.y; ++y)
+                for (int z = first.z; z <= last.z; ++z) {
+                    const int offset = NeededVoxels::offsetInLeaf({x, y, z});
+                    const std::size_t at =
+                        (static_cast<std::size_t>(z & 7) * ny_ + static_cast<std::size_t>(y - frame_.min.y)) * nx_ +
+                        static_cast<std::size_t>(x - frame_.min.x);
+                    const float share = share_[at];
+                    if (!(share >= 0) || !NeededVoxels::maskBit(mask, offset)) continue;
+                    ++counts.below;
+                    if (!light) {
+                        light = fields_.light.makeDense(slot);
+                        if (fields_.caustic) caustic = fields_.caustic->makeDense(slot);
+                        if (fields_.arrival) arrival = fields_.arrival->makeDense(slot);
+                    }
+                    const bool past = !past_.empty() && past_[at] != 0;
+                    counts.single += past ? 0 : 1;
+                    if (caustic) caustic[offset] = curvature_[at];
+                    if (arrival) arrival[offset] = arrival_[at];
+                    if (past && beyond_ == EikonalBeyond::Dark && scene_.bake.grids.irradiance) continue;
+                    const glm::vec3 w(w_[0][at], w_[1][at], w_[2][at]);
+                    float mean = 0;
+                    for (int c = 0; c < channels; ++c) {
+                        const double through = clear ? 1.0 : transmittance(c, double(distance_[at]), double(w.z));
+                        const auto e = static_cast<float>(double(share) * sun[c] * through);
+                        light[c * LightField::kLeafVoxels + offset] = e;
+                        mean += e / static_cast<float>(channels);
+                    }
+                    for (int a = 0; a < 3; ++a) light[(channels + a) * LightField::kLeafVoxels + offset] = mean * w[a];
                 }
-                const bool past =
-                    !past_.empty() &&
-                    past_[static_cast<std::size_t>(y - frame_.min.y) * static_cast<std::size_t>(frame_.size().x) +
-                          static_cast<std::size_t>(x - frame_.min.x)] != 0;
-                counts.single += past ? 0 : 1;
-                if (caustic) caustic[offset] = static_cast<float>(layer.curvature[at]);
-                if (arrival) arrival[offset] = static_cast<float>(layer.arrival[at]);
-                const double inverse = 1 / layer.distance[at];
-                const glm::dvec3 w(inverse * (corner.x + (x - frame_.min.x + kMargin) * step.x - layer.foot_x[at]),
-                                   inverse * (corner.y + (y - frame_.min.y + kMargin) * step.y - layer.foot_y[at]),
-                                   inverse * (corner.z - layer.foot_z[at]));
-                double share = 1;
-                if (lit) {
-                    // A voxel is no point: its mean stays bounded where the rays of its centre meet.
-                    const double least = std::min(0.2, 0.5 * step.x * inverse);
-                    share =
-                        front_.entering(layer.slope_x[at], layer.slope_y[at], w) / std::max(layer.spread[at], least);
-                    if (past && beyond_ == EikonalBeyond::Dark) continue;
-                }
-                // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
-                const double half = 0.5 * frame_.world_from_index[2].z / std::max(-w.z, 0.1);
-                const double start = std::max(0.0, layer.distance[at] - half), length = layer.distance[at] + half - start;
-                double mean = 0;
-                for (int c = 0; c < channels; ++c) {
-                    const double e = share * sun[c] * (clear ? 1.0 : meanTransmittance(extinction[c], start, length));
-                    light[c * LightField::kLeafVoxels + offset] = static_cast<float>(e);
-                    mean += e / channels;
-                }
-                for (int a = 0; a < 3; ++a)
-                    light[(channels + a) * LightField::kLeafVoxels + offset] = static_cast<float>(mean * w[a]);
-            }
+    }
+
+    /// The mean along the ray through the voxel's layer, not the centre's.
+    double transmittance(int channel, double distance, double fall) const {
+        const double half = 0.5 * frame_.world_from_index[2].z / std::max(-fall, 0.1);
+        const double start = std::max(0.0, distance - half);
+        return meanTransmittance(scene_.medium.extinction()[channel], start, distance + half - start);
     }
 
     const Scene& scene_;
@@ -113,7 +177,9 @@ private:
     EikonalFields& fields_;
     const NeededVoxels& needed_;
     GridFrame frame_;
-    std::vector<std::uint8_t> past_;
+    std::size_t nx_, ny_;
+    std::vector<float> share_, w_[3], curvature_, arrival_, distance_;  // eight layers, x fastest
+    std::vector<std::uint8_t> past_, marks_;
 };
 
 }  // namespace
@@ -139,7 +205,7 @@ void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const Caust
         monitor.checkCancelled();
         if (k % 8 == 0) monitor.progress("sweep", double(k) / points.count_z);
         const int z = frame.max.z - k;
-        if (z <= highest) writer.write(z, points.origin + static_cast<double>(k) * points.step_z, layer);
+        if (z <= highest) writer.add(z, points.origin + static_cast<double>(k) * points.step_z, layer);
         return true;
     });
     fields.marked_bytes_a_voxel = 24.0 * 8 / points.count_z;

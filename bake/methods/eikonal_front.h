@@ -12,7 +12,12 @@
 
 namespace photic {
 
-/// The one sun and the one surface of a scene, as a front that enters the water.
+/// A rectangle of the horizontal plane [m].
+struct Rectangle {
+    glm::dvec2 low{0}, high{0};
+};
+
+/// The one light and the one surface of a scene, as a front that enters the water.
 class EikonalFront {
 public:
     /// @throws Error{Input} when the surface folds over itself
@@ -22,20 +27,26 @@ public:
     const Surface& surface() const { return *surface_; }
     const HeightTable& table() const { return *table_; }
     bool infiniteIndex() const { return infinite_; }
-    FrontOnSurface front() const {
-        return {table_.get(), infinite_ ? glm::dvec3(0) : surface_->ior_above * light_->direction, slowness_};
-    }
-    /// n below the surface; 1 when the index is infinite.
+    FrontOnSurface front() const;
+    /// n below the surface; 1 when the index is infinite; the mean over the surface where it varies.
     double slowness() const { return slowness_; }
+    /// The index below, where it varies; otherwise null.
+    const IndexVolume* index() const { return index_; }
+    /// n below the surface at a place.
+    double slownessAt(const glm::dvec3& place) const;
+    /// Where first arrivals in the grid may have left the surface; where the index varies, widened for rays that bend.
+    const Rectangle& reach() const { return reach_; }
 
-    /// Irradiance across the ray just below the surface, in units of the sun's, from the slopes of the surface there
-    /// and the unit direction of travel below: T cos(i) / cos(t).
-    double entering(double slope_x, double slope_y, const glm::dvec3& direction) const;
+    /// Irradiance across the ray just below the surface at `foot`, in units of the light's, from the slopes of the
+    /// surface there and the unit direction of travel below: T cos(i) / cos(t), and a point's 1 / r^2.
+    double entering(const glm::dvec3& foot, double slope_x, double slope_y, const glm::dvec3& direction) const;
 
 private:
     const Light* light_;
     const Surface* surface_;
+    const IndexVolume* index_;
     bool infinite_;
+    Rectangle reach_;
     double slowness_;
     std::unique_ptr<HeightTable> table_;
 };

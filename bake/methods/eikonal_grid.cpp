@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "bake/report/error.h"
+#include "bake/scene/index_volume.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -21,8 +22,15 @@ EikonalGrid::Box EikonalGrid::boxOf(const NeededVoxels& needed, const EikonalFro
     // The surface, which may lie above the domain, and one layer more below for differences.
     const int top = std::max(
         f.max.z, static_cast<int>(std::ceil(f.indexFromWorld({0, 0, front.surface().height_field->maxZ()}).z)) + 1);
-    const glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1),
+    glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1),
         end(f.max.x + kGhosts, f.max.y + kGhosts, top);
+    if (front.index()) {
+        const glm::dvec2 low(f.indexFromWorld({front.reach().low, 0})), high(f.indexFromWorld({front.reach().high, 0}));
+        for (int a = 0; a < 2; ++a) {
+            start[a] = std::min(start[a], static_cast<int>(std::floor(low[a])));
+            end[a] = std::max(end[a], static_cast<int>(std::ceil(high[a])));
+        }
+    }
     return {start, end - start + 1};
 }
 
@@ -56,26 +64,14 @@ EikonalGrid::EikonalGrid(const NeededVoxels& needed, const EikonalFront& front, 
             if (!inside) fixed.set(b * BlockGrid::kCells + c);
         }
     });
-}
-
-glm::dvec3 EikonalGrid::directionAt(const glm::ivec3& cell) const {
-    glm::dvec3 gradient(0);
-    for (int a = 0; a < 3; ++a) {
-        glm::ivec3 below = cell, above = cell;
-        --below[a], ++above[a];
-        const double low_t = below[a] >= 0 ? at(below) : kUnreached,
-                     high_t = above[a] < size[a] ? at(above) : kUnreached;
-        const double here = at(cell);
-        if (!(here < kUnreached)) return {0, 0, -1};
-        if (low_t < kUnreached && high_t < kUnreached)
-            gradient[a] = 0.5 * (high_t - low_t);
-        else if (low_t < kUnreached)
-            gradient[a] = here - low_t;
-        else if (high_t < kUnreached)
-            gradient[a] = high_t - here;
-    }
-    const double length = glm::length(gradient);
-    return length > 0 ? gradient / length : glm::dvec3(0, 0, -1);
+    if (!front.index()) return;
+    slowness.resize(blocks.cellCount());
+    parallelFor(blocks.blockCount(), [&](std::int64_t b) {
+        const glm::ivec3 origin = blocks.origin(static_cast<int>(b)) - shift;
+        for (int c = 0; c < BlockGrid::kCells; ++c)
+            slowness[static_cast<std::size_t>(b * BlockGrid::kCells + c)] = static_cast<float>(
+                front.index()->at(centre(origin + glm::ivec3(c & 7, c >> 3 & 7, c >> 6))));
+    });
 }
 
 std::vector<std::uint8_t> EikonalGrid::neededBlocks(const NeededVoxels& needed) const {
@@ -88,7 +84,8 @@ std::vector<std::uint8_t> EikonalGrid::neededBlocks(const NeededVoxels& needed) 
 }
 
 std::int64_t EikonalGrid::bytes() const {
-    return blocks.bytes() + static_cast<std::int64_t>(arrival.size() * (sizeof(double) + 1.0 / 8 + 4.0 / 8));
+    return blocks.bytes() + static_cast<std::int64_t>(arrival.size() * (sizeof(double) + 1.0 / 8 + 4.0 / 8) +
+                                                      slowness.size() * sizeof(float));
 }
 
 }  // namespace photic

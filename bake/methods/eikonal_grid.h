@@ -9,8 +9,9 @@
 
 namespace photic {
 
-/// Cells that a front is marched through: the voxels of a box from the surface down to the last needed layer, with
-/// ghost columns at the sides, in blocks that are the leaves of the light field.
+/// Cells that a front is marched through: the voxels of a box from the surface down to the last needed layer, in blocks
+/// that are the leaves of the light field. At the sides: ghost columns, whose arrivals are known from the feet on the
+/// surface; where the index varies, as far as rays come from.
 struct EikonalGrid {
     static constexpr int kGhosts = 2;
 
@@ -19,7 +20,8 @@ struct EikonalGrid {
 
     glm::dvec3 centre(const glm::ivec3& cell) const { return frame.worldFromIndex(glm::dvec3(start + cell)); }
     bool isGhost(const glm::ivec3& cell) const {
-        return cell.x < kGhosts || cell.y < kGhosts || cell.x >= size.x - kGhosts || cell.y >= size.y - kGhosts;
+        return slowness.empty() && (cell.x < kGhosts || cell.y < kGhosts || cell.x >= size.x - kGhosts ||
+                                    cell.y >= size.y - kGhosts);
     }
     std::int64_t index(const glm::ivec3& cell) const { return blocks.cellIndex(cell + shift); }
     std::size_t flat(const glm::ivec3& block_cell) const {
@@ -32,8 +34,6 @@ struct EikonalGrid {
         fixed.set(at), arrival[std::size_t(at)] = t;
     }
     double at(const glm::ivec3& cell) const { return arrival[std::size_t(index(cell))]; }
-    /// Direction of travel by differences; straight down where nothing is known.
-    glm::dvec3 directionAt(const glm::ivec3& cell) const;
     std::vector<std::uint8_t> neededBlocks(const NeededVoxels& needed) const;
     std::int64_t bytes() const;
 
@@ -44,6 +44,7 @@ struct EikonalGrid {
     BlockGrid blocks;
     CellMask fixed;
     std::vector<double> arrival;
+    std::vector<float> slowness;  ///< n at each cell; empty where it is constant
 
 private:
     struct Box {

@@ -8,7 +8,9 @@
 
 #include "bake/methods/eikonal_front.h"
 #include "bake/methods/eikonal_grid.h"
+#include "bake/methods/eikonal_index.h"
 #include "bake/methods/eikonal_mercier.h"
+#include "bake/methods/eikonal_slopes.h"
 #include "bake/numerics/amplitude_transport.h"
 #include "bake/numerics/wavefront_curvature.h"
 #include "bake/optics/beer_lambert.h"
@@ -47,7 +49,9 @@ public:
                     if (layer.arrival[at] >= FootPointLayer::kAboveSurface)
                         grid_.freeze(cell, kUnreached);
                     else if (layer.distance[at] <= kSeedDepth * h)
-                        grid_.freeze(cell, layer.arrival[at]);
+                        grid_.freeze(cell, front_.index() ? arrivalThroughIndex(front_, g.centre(cell),
+                                                                                {layer.foot_x[at], layer.foot_y[at]})
+                                                          : layer.arrival[at]);
                 }
             });
             density.resize(std::size_t(g.size.x) * std::size_t(g.size.y));
@@ -102,7 +106,7 @@ private:
     float shareAt(const FootPointLayer& layer, std::size_t at, const glm::ivec3& cell) const {
         const glm::dvec3 foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
         const glm::dvec3 w = (grid_.centre(cell) - foot) / layer.distance[at];
-        return static_cast<float>(front_.entering(layer.slope_x[at], layer.slope_y[at], w) /
+        return static_cast<float>(front_.entering(foot, layer.slope_x[at], layer.slope_y[at], w) /
                                   std::max(layer.spread[at], 1e-3));
     }
 
@@ -124,27 +128,20 @@ void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, 
     const auto count = std::size_t(g.size.x) * std::size_t(g.size.y);
     std::vector<double> slope_x[2], slope_y[2], down(count);
     for (int s = 0; s < 2; ++s) slope_x[s].resize(count), slope_y[s].resize(count);
-    const auto slopes = [&](int z, int into) {
-        parallelFor(g.size.y, [&](std::int64_t j) {
-            for (int i = 0; i < g.size.x; ++i) {
-                const glm::dvec3 w = g.directionAt({i, int(j), z});
-                const std::size_t at = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i);
-                const double fall = std::max(-w.z, 0.1);
-                slope_x[into][at] = w.x / fall, slope_y[into][at] = w.y / fall, down[at] = fall;
-            }
-        });
-    };
+    RaySlopes rays(g);
+    const auto slopes = [&](int z, int into) { rays.layer(z, slope_x[into], slope_y[into], down); };
     const auto keep = [&](int z) {
-        for (int j = 0; j < g.size.y; ++j)
+        parallelFor(g.size.y, [&](std::int64_t j) {
             for (int i = 0; i < g.size.x; ++i) {
                 const std::size_t c = std::size_t(j) * std::size_t(g.size.x) + std::size_t(i),
                                   at = std::size_t(z) * count + c;
                 // What comes in from the sides is known.
-                if (g.isGhost({i, j, z}))
+                if (g.isGhost({i, int(j), z}))
                     density[c] = double(shares[at]) * down[c];
                 else
                     shares[at] = static_cast<float>(std::max(density[c], 0.0) / down[c]);
             }
+        });
     };
     AmplitudeTransport transport(g.size.x, g.size.y);
     slopes(first, 0);
@@ -176,12 +173,12 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     } else {
         SurfaceSeeds seeds(front, g);
         first = seeds.besideSurface(density, shares);
-        seeds.atSides(shares);
+        if (!front.index()) seeds.atSides(shares);
     }
     monitor.progress("march", 0);
     EikonalProblem problem;
     problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(),
-    problem.fixed = &g.fixed;
+    problem.fixed = &g.fixed, problem.slownesses = g.slowness;
     problem.order = mercier || options.order == 1 ? MarchingOrder::First : MarchingOrder::Second;
     BlockMarchingOptions marching;
     const std::vector<std::uint8_t> wanted = g.neededBlocks(needed);

@@ -55,16 +55,17 @@ inline Lanes placesOf(const FootRow& row, int first) {
     return x;
 }
 
-/// The register of points that starts at `first`.
+/// The register of points that starts at `first`. `kPoint`: what comes in comes from a point.
+template <bool kPoint>
 inline void solveFeet(const FrontOnSurface& front, const FootRow& row, int first, FootPointLayer& here) {
     const std::size_t at = row.first + static_cast<std::size_t>(first);
-    const double n = front.slowness;
-    const glm::dvec3 g = front.gradient;
+    const double n = front.slowness, outside = front.outside;
+    Lanes gx = splat(front.gradient.x), gy = splat(front.gradient.y), gz = splat(front.gradient.z);
     const Lanes x = placesOf(row, first);
     Lanes u = load(&here.foot_x[at]), v = load(&here.foot_y[at]);
     const double small = 3e-6 * row.step, longest = 2 * row.step, nearest = 1e-12 * row.step;
     SurfaceLanes s;
-    Lanes r, px, py, pz, a11, a12, a22, m11, m12, m22;
+    Lanes r, px, py, pz, a11, a12, a22, m11, m12, m22, before{};
     // A point whose last step was small is done: its arrival is right to the square of that.
     for (int step = 0; step < kMaxSteps; ++step) {
         surfaceAt(*front.surface, u, v, s);
@@ -73,10 +74,20 @@ inline void solveFeet(const FrontOnSurface& front, const FootRow& row, int first
         const Lanes inverse = 1 / r;
         px *= inverse, py *= inverse, pz *= inverse;  // unit direction of travel
         const Lanes wu = px + pz * s.hx, wv = py + pz * s.hy;
-        const Lanes g1 = g.x + g.z * s.hx - n * wu, g2 = g.y + g.z * s.hy - n * wv;
+        Lanes q11{}, q12{}, q22{};
+        if constexpr (kPoint) {  // what comes from a point has a curvature of its own
+            const Lanes sx = u - front.source.x, sy = v - front.source.y, sz = s.h - front.source.z;
+            before = squareRoot(sx * sx + sy * sy + sz * sz);
+            const Lanes scale = outside / before, over = 1 / (before * before);
+            gx = sx * scale, gy = sy * scale, gz = sz * scale;
+            const Lanes su = sx + sz * s.hx, sv = sy + sz * s.hy;
+            q11 = scale * (1 + s.hx * s.hx - su * su * over), q12 = scale * (s.hx * s.hy - su * sv * over);
+            q22 = scale * (1 + s.hy * s.hy - sv * sv * over);
+        }
+        const Lanes g1 = gx + gz * s.hx - n * wu, g2 = gy + gz * s.hy - n * wv;
         // Hessian times distance: r A + n P.
-        const Lanes bend = g.z - n * pz;
-        a11 = bend * s.hxx, a12 = bend * s.hxy, a22 = bend * s.hyy;
+        const Lanes bend = gz - n * pz;
+        a11 = bend * s.hxx + q11, a12 = bend * s.hxy + q12, a22 = bend * s.hyy + q22;
         m11 = 1 + s.hx * s.hx - wu * wu, m12 = s.hx * s.hy - wu * wv, m22 = 1 + s.hy * s.hy - wv * wv;
         Lanes h11 = r * a11 + n * m11, h12 = r * a12 + n * m12, h22 = r * a22 + n * m22;
         const LaneMask convex = (h11 * h22 > h12 * h12) & (h11 > 0);
@@ -97,7 +108,7 @@ inline void solveFeet(const FrontOnSurface& front, const FootRow& row, int first
     const Lanes trace = (m22 * a11 - 2 * m12 * a12 + m11 * a22) * inverse;
     const Lanes det = (a11 * a22 - a12 * a12) * inverse / n;
     const Lanes spread = 1 + r * (trace + r * det);
-    const Lanes foot_arrival = g.x * u + g.y * v + g.z * s.h;
+    const Lanes foot_arrival = kPoint ? outside * before : gx * u + gy * v + gz * s.h;
     store(&here.foot_x[at], u), store(&here.foot_y[at], v), store(&here.foot_z[at], s.h);
     store(&here.foot_arrival[at], foot_arrival);
     store(&here.slope_x[at], s.hx), store(&here.slope_y[at], s.hy);
@@ -106,7 +117,10 @@ inline void solveFeet(const FrontOnSurface& front, const FootRow& row, int first
 }
 
 void solveFootRow(const FrontOnSurface& front, const FootRow& row, FootPointLayer& here) {
-    for (int first = 0; first < row.count; first += kLanes) solveFeet(front, row, first, here);
+    if (front.outside > 0)
+        for (int first = 0; first < row.count; first += kLanes) solveFeet<true>(front, row, first, here);
+    else
+        for (int first = 0; first < row.count; first += kLanes) solveFeet<false>(front, row, first, here);
 }
 
 /// Arrival at points by the feet that others found.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
@@ -16,6 +17,14 @@ struct FrontOnSurface {
     /// Arrival at a point of the surface: gradient . point [m of optical path]. 0: the surface itself is the front.
     glm::dvec3 gradient{0};
     double slowness = 1;  ///< below, > 0; at least |gradient| along the surface
+    /// Where `outside` > 0 the light comes from a point instead: the arrival is outside |point - source|.
+    glm::dvec3 source{0};
+    double outside = 0;
+
+    /// Gradient of the arrival in space, at a place of the surface.
+    glm::dvec3 gradientAt(const glm::dvec3& place) const {
+        return outside > 0 ? outside * glm::normalize(place - source) : gradient;
+    }
 };
 
 /// Layers of points: origin + i * step_x + j * step_y + k * step_z, the layers of constant z, k = 0 the highest.

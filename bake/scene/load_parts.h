@@ -45,10 +45,15 @@ auto placed(const TableReader& table, const std::string& key, const Body& body) 
 std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::string& title);
 
 Light loadLight(const ConfigValue& table, std::size_t number);
+/// Gives a point light the direction and irradiance that it has at the surface's centre.
+/// @throws Error{Input} when it does not lie above a height field
+void aimPointLight(Light& light, const Surface& surface, const std::string& where);
 /// @param domain  footprint for a surface without `size`; null when the file has no box
 Surface loadSurface(const ConfigValue& table, std::size_t number, const Domain* domain, LoadContext& context);
 Object loadObject(const ConfigValue& table, std::size_t number, LoadContext& context);
 Medium loadMedium(const ConfigValue& table, LoadContext& context);
+/// @param medium  index where the volume holds none
+std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
 BakeSettings loadBake(const ConfigValue& table);
 
 /// A mesh file with its `up` and `smooth`.

@@ -113,8 +113,8 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     const ConfigValue root = parseConfig(text, name);
     checkVersion(root, name);
     const TableReader table(root, "the scene",
-                            {"photic", "frame_rate", "domain", "light", "surface", "medium", "object", "bake"},
-                            {"index", "camera", "volume", "environment"});
+                            {"photic", "frame_rate", "domain", "light", "surface", "medium", "index", "object", "bake"},
+                            {"camera", "volume", "environment"});
 
     Scene scene;
     scene.file = name, scene.frame = frame;
@@ -138,6 +138,12 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
         refuseTwins(scene.objects.back().name, scene.objects.back().where, object_names);
     }
     if (const ConfigValue* medium = table.find("medium")) scene.medium = loadMedium(*medium, context);
+    const auto indices = tablesOf(table.find("index"), "index");
+    if (indices.size() > 1)
+        throw Error(ErrorCode::Input,
+                    fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
+                                indices.size()),
+                    indices[1]->where);
     if (const ConfigValue* bake = table.find("bake")) scene.bake = loadBake(*bake);
     if (scene.medium.present()) scene.bake.grids.density = true;
 
@@ -146,6 +152,9 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
                     name);
     if (scene.surfaces.empty())
         throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
+    for (std::size_t i = 0; i < lights.size(); ++i)
+        if (scene.lights[i].position) aimPointLight(scene.lights[i], scene.surfaces.front(), lights[i]->where);
+    if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
 

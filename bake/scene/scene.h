@@ -16,6 +16,8 @@
 
 namespace photic {
 
+class IndexVolume;
+
 /// How the grid's z columns lean: x += shear.x * z, y += shear.y * z (index to world).
 enum class ShearMode { None, Light, Explicit };
 
@@ -29,11 +31,12 @@ struct Domain {
     double layer_height = 0;
 };
 
-/// A directional light.
+/// A directional light, or one in a point: then direction and irradiance are those at the surface's centre.
 struct Light {
     std::string name;
     glm::dvec3 direction{0, 0, -1};      ///< unit, of travel
     glm::dvec3 irradiance{1000};         ///< across the beam [W/m2], per channel
+    std::optional<glm::dvec3> position;  ///< of a point light [m]
     double angular_diameter_deg = 0;     ///< 0: a point sun
     bool coloured() const { return irradiance.x != irradiance.y || irradiance.y != irradiance.z; }
 };
@@ -116,6 +119,8 @@ struct Scene {
     std::vector<Light> lights;
     std::vector<Surface> surfaces;
     Medium medium;
+    /// Of the medium below the surface, which has it instead of ior_below; null where the index is constant.
+    std::shared_ptr<const IndexVolume> index;
     std::vector<Object> objects;
     BakeSettings bake;
     std::uint64_t hash = 0;                            ///< of the file and all that it refers to, for this frame

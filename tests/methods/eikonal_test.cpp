@@ -7,47 +7,26 @@
 
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
-#include "tests/methods/photon_scenes.h"
+#include "tests/methods/eikonal_bakes.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/wave_light.h"
 
 namespace photic {
 namespace {
 
+using test::bakeEikonal;
+using test::forLit;
+using test::kMarching;
+using test::options;
 using test_scenes::boxFrame;
 using test_scenes::CosineField;
 using test_scenes::waterScene;
-
-GivenOptions options(const std::vector<std::pair<std::string, OptionValue>>& given) {
-    GivenOptions all;
-    for (const auto& [name, value] : given) all[name] = {value, "test"};
-    return all;
-}
-const GivenOptions kMarching = options({{"solver", std::string("marching")}});
-
-BakeResult bake(Scene scene, const glm::dvec3& low, const glm::ivec3& size, double h, const GivenOptions& given = {}) {
-    scene.bake.grids = {true, true, true, true, false};
-    Monitor monitor;
-    const GridFrame frame = boxFrame(low, size, glm::dvec3(h));
-    return eikonalMethod().bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)), given,
-                                monitor);
-}
-
-/// Calls body(voxel) for all voxels with light.
-template <class Body>
-void forLit(const BakeResult& result, const Body& body) {
-    const GridFrame& f = result.field.frame();
-    for (int x = f.min.x; x <= f.max.x; ++x)
-        for (int y = f.min.y; y <= f.max.y; ++y)
-            for (int z = f.min.z; z <= f.max.z; ++z)
-                if (result.field.value({x, y, z}, 0) > 0) body(glm::ivec3(x, y, z));
-}
 
 /// Flat water under a slanting sun: Snell's direction, Fresnel's power, no curvature; sides included, by both solvers.
 TEST(Eikonal, FlatWaterIsExact) {
     const double zenith = 0.6;
     for (const GivenOptions& given : {GivenOptions{}, kMarching}) {
-        const BakeResult r = bake(waterScene(zenith), {-0.5, -0.5, -0.9}, {32, 32, 32}, 1.0 / 32, given);
+        const BakeResult r = bakeEikonal(waterScene(zenith), {-0.5, -0.5, -0.9}, {32, 32, 32}, 1.0 / 32, given);
         const truth::PlaneWater water{1, std::cos(zenith), 1, 1.333, 0};
         const double fluence = water.horizontal(0.5) / water.cosBelow(), sin_t = std::sin(zenith) / 1.333;
         int lit = 0;
@@ -72,7 +51,7 @@ TEST(Eikonal, WaveIsRightUpToTheCaustic) {
     double last = 0;
     for (const int n : {32, 64, 128}) {
         const double h = 1.0 / n, low = std::ceil(0.6 * focus * n) * h;
-        const BakeResult r = bake(waterScene(0, std::make_shared<CosineField>(a, k)), {-0.5, -4 * h, low},
+        const BakeResult r = bakeEikonal(waterScene(0, std::make_shared<CosineField>(a, k)), {-0.5, -4 * h, low},
                                   {n, 8, static_cast<int>(std::lround(-low * n)) - n / 8}, h);
         EXPECT_EQ(r.metadata.at("single_arrival_fraction"), "1.0000");
         EXPECT_NEAR(std::stod(r.metadata.at("first_caustic_z")), focus, 4e-3);
@@ -101,7 +80,7 @@ TEST(Eikonal, MarchingTendsToTheFootPoints) {
         const Scene scene = waterScene(0.4, std::make_shared<CosineField>(0.03, 6));
         const glm::ivec3 size(n, n / 4, n / 2);
         const glm::dvec3 low(-0.5, -0.125, -0.6);
-        const BakeResult feet = bake(scene, low, size, 1.0 / n), marched = bake(scene, low, size, 1.0 / n, kMarching);
+        const BakeResult feet = bakeEikonal(scene, low, size, 1.0 / n), marched = bakeEikonal(scene, low, size, 1.0 / n, kMarching);
         double off_caustic = 0, sum_caustic = 0, off_light = 0, sum_light = 0;
         forLit(feet, [&](const glm::ivec3& v) {
             off_caustic += std::fabs(double(marched.caustic->value(v, 0) - feet.caustic->value(v, 0)));
@@ -123,7 +102,7 @@ TEST(Eikonal, MarchingTendsToTheFootPoints) {
 TEST(Eikonal, DarkBeyondTheCaustic) {
     const Scene scene = waterScene(0, std::make_shared<CosineField>(0.06, 9));
     const auto lit = [&](const GivenOptions& given) {
-        const BakeResult r = bake(scene, {-0.5, -0.1, -1.5}, {64, 12, 96}, 1.0 / 64, given);
+        const BakeResult r = bakeEikonal(scene, {-0.5, -0.1, -1.5}, {64, 12, 96}, 1.0 / 64, given);
         std::int64_t count = 0;
         forLit(r, [&](const glm::ivec3&) { ++count; });
         return std::pair{count, std::stod(r.metadata.at("single_arrival_fraction"))};
@@ -145,7 +124,7 @@ TEST(Eikonal, MercierPreset) {
         double maxZ() const override { return 0.4; }
         double featureSize() const override { return std::numeric_limits<double>::infinity(); }
     };
-    const BakeResult r = bake(waterScene(0, std::make_shared<Tilted>()), {-0.5, -0.5, -1}, {48, 48, 54}, 1.0 / 48,
+    const BakeResult r = bakeEikonal(waterScene(0, std::make_shared<Tilted>()), {-0.5, -0.5, -1}, {48, 48, 54}, 1.0 / 48,
                               options({{"preset", std::string("mercier")}, {"threshold", 1.0}}));
     const glm::dvec3 normal = glm::normalize(glm::dvec3(-0.2, 0, 1));
     double worst = 0, turned = 0;
@@ -163,7 +142,7 @@ TEST(Eikonal, MercierPreset) {
 TEST(Eikonal, ThreadsChangeNothing) {
     const auto baked = [&](int threads, const GivenOptions& given) {
         setThreadCount(threads);
-        const BakeResult r = bake(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1},
+        const BakeResult r = bakeEikonal(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1},
                                   {40, 20, 40}, 1.0 / 40, given);
         setThreadCount(0);
         return std::tuple{r.field.sum(0), r.caustic->sum(0), r.arrival_time->sum(0), r.field.value({7, 9, 5}, 3)};

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace photic {
+
+inline constexpr double kLeastIndex = 0.01, kLargestIndex = 100;  ///< that scenes may have
+
+/// A refractive index that varies in space, from samples on an affine grid.
+///
+/// Between samples: cubic convolution [Keys 1981, a = -1/2], which goes through the samples with a continuous gradient
+/// and is exact for polynomials of second degree; never beyond the least and largest sample. A trilinear index would
+/// have a kink at every sample, and fronts show it.
+/// Where the samples fill their box, the index goes on beyond a side as it is there, and an axis with one sample is
+/// constant; where some are missing (not a number), those and all that is outside hold `medium`.
+class IndexVolume {
+public:
+    struct Samples {
+        glm::dmat3 world_from_index{1};
+        glm::dvec3 origin_world{0};  ///< of sample (0, 0, 0) [m]
+        glm::ivec3 size{0};
+        std::vector<float> values;  ///< n, x fastest; NaN where none is given
+    };
+    /// @param medium  n where no sample is
+    IndexVolume(Samples samples, double medium);
+
+    /// n at a place in the world.
+    double at(const glm::dvec3& world) const;
+    double least() const { return least_; }
+    double largest() const { return largest_; }
+    /// A bound of |dn/dx|, |dn/dy| and |dn/dz|, from neighbouring samples [1/m].
+    glm::dvec3 steepest() const { return steepest_; }
+    /// The samples fill their box.
+    bool full() const { return full_; }
+
+private:
+    float sample(int x, int y, int z) const;
+
+    Samples samples_;
+    glm::dmat3 index_from_world_;
+    double medium_, least_, largest_;
+    glm::dvec3 steepest_{0};
+    bool full_ = true;
+};
+
+/// n over height in layers, linear between them and constant beyond the first and last: an IndexVolume without file.
+/// @param layers  (z [m], n), at least one, in any order, no z twice
+IndexVolume layeredIndex(std::vector<std::pair<double, double>> layers);
+
+/// The float grid `grid` of a .vdb file; the one that is called ior, index or n, or the only one, when `grid` is empty.
+/// @param bytes  of the file at `path`
+/// @throws Error{Input} for a damaged file, no such grid, a perspective transform, values out of 0.01 to 100 (with the
+/// voxel) and boxes of more than 2^28 voxels
+IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, const std::string& grid, double medium);
+
+}  // namespace photic
