@@ -3,10 +3,12 @@
 import importlib
 import json
 import os
+import pathlib
 import stat
 import sys
 import time
 import tomllib
+import types
 import unittest
 
 import numpy
@@ -14,6 +16,7 @@ import scenes
 from support import BAKER, OUT
 
 scenes.enable()
+from photic import compat  # noqa: E402
 from photic.core import atlas, catalogue, mesh_file, process, program, roles, toml_text  # noqa: E402
 
 
@@ -183,3 +186,74 @@ class Roles(unittest.TestCase):
         self.assertEqual(role(mirror=1.0, roughness=0.5), roles.RECEIVER)
         self.assertEqual(roles.role_of(None), roles.RECEIVER)
         self.assertEqual(roles.role_of(None, is_water=True), roles.REFRACTOR)
+
+
+class Renamed(unittest.TestCase):
+    """What 4.x and 5.x call otherwise, on stand-ins that have the new names only, or the old ones only."""
+
+    def test_versions(self):
+        for version, late, shader in (((3, 4, 1), True, "3D_UNIFORM_COLOR"), ((4, 0, 0), True, "UNIFORM_COLOR"),
+                                      ((4, 2, 1), True, "UNIFORM_COLOR"), ((5, 0, 0), False, "UNIFORM_COLOR")):
+            self.assertEqual(compat.half_voxel_late(version), late, version)
+            self.assertEqual(compat.line_shader(version), shader, version)
+
+    def test_sockets_of_groups_since_4_0(self):
+        class Interface:
+            items_tree = ()
+
+            def new_socket(self, name, in_out, socket_type):
+                item = types.SimpleNamespace(name=name, in_out=in_out, socket_type=socket_type, item_type="SOCKET")
+                self.items_tree += (item,)
+                return item
+
+            def clear(self):
+                self.items_tree = ()
+        tree = types.SimpleNamespace(interface=Interface())     # no .inputs and .outputs: using them is an error
+        compat.add_socket(tree, "INPUT", "NodeSocketFloat", "Anisotropy", 0.5)
+        compat.add_socket(tree, "OUTPUT", "NodeSocketShader", "Volume")
+        tree.interface.items_tree += (types.SimpleNamespace(name="A panel", item_type="PANEL"),)
+        self.assertEqual(tree.interface.items_tree[0].default_value, 0.5)
+        self.assertEqual(compat.socket_names(tree, "INPUT"), ["Anisotropy"])
+        self.assertEqual(compat.socket_names(tree, "OUTPUT"), ["Volume"])
+        compat.clear_sockets(tree)
+        self.assertEqual(compat.socket_names(tree, "INPUT"), [])
+
+    def test_marks_where_nodes_have_no_custom_properties(self):
+        class Node:
+            photic_made = False
+
+            def keys(self):
+                raise TypeError("bpy_struct.keys(): this type doesn't support IDProperties")
+
+            def __setitem__(self, key, value):
+                raise TypeError("bpy_struct[key] = val: id properties not supported for this type")
+        node = Node()
+        self.assertFalse(compat.is_marked(node))
+        compat.mark(node)
+        self.assertTrue(compat.is_marked(node))
+        material = {}
+        self.assertFalse(compat.is_marked(material))
+        compat.mark(material)
+        self.assertTrue(compat.is_marked(material))
+
+    def test_settings(self):
+        name = types.SimpleNamespace
+        for cycles, wanted in ((name(emission_sampling="AUTO"), ("emission_sampling", "NONE")),
+                               (name(sample_as_light=True), ("sample_as_light", False))):
+            self.assertEqual(compat.quiet_emission(name(cycles=cycles)), [(cycles, *wanted)])
+        self.assertEqual(compat.quiet_emission(name()), [])
+        self.assertEqual(compat.see_through(name(use_raytrace_refraction=False)), "use_raytrace_refraction")
+        self.assertEqual(compat.see_through(name(use_screen_refraction=False)), "use_screen_refraction")
+
+    def test_progress(self):
+        drawn = []
+        compat.show_progress(types.SimpleNamespace(progress=lambda factor, text: drawn.append((factor, text))), 0.5, "half")
+        compat.show_progress(types.SimpleNamespace(label=lambda text, icon: drawn.append(text)), 0.5, "half")
+        self.assertEqual(drawn, [(0.5, "half"), "half"])
+
+    def test_names_are_asked_for_in_one_place(self):
+        """No other file compares versions or looks for what was renamed."""
+        folder = pathlib.Path(importlib.import_module("photic").__file__).parent
+        for path in folder.rglob("*.py"):
+            if path.name != "compat.py":
+                self.assertNotRegex(path.read_text(encoding="utf-8"), r"app\.version|\.interface\b|use_screen_refraction", path.name)

@@ -77,7 +77,7 @@ def _closures(origin, share, parts, notes, depth):
     if graph.is_ours(node):
         _closures(graph.source(node.inputs.get("Shader")), share, parts, notes, depth + 1)
     elif kind == "ShaderNodeMixShader":
-        factor = _number(node, notes, "Fac") if not _is_fresnel(node.inputs[0]) else 0.0
+        factor = _number(node, notes, "Fac", "Factor") if not _is_fresnel(node.inputs[0]) else 0.0
         _closures(graph.source(node.inputs[1]), share * (1 - factor), parts, notes, depth + 1)
         if _is_fresnel(node.inputs[0]):     # glass by hand: refraction below, its reflection above
             factor = 0.1
@@ -138,7 +138,7 @@ def _medium(origin, share, notes, depth):
         first, second = (_medium(graph.source(socket), share, notes, depth + 1) for socket in node.inputs)
         return _together(first, second)
     if kind == "ShaderNodeMixShader":
-        factor = _number(node, notes, "Fac")
+        factor = _number(node, notes, "Fac", "Factor")
         return _together(_medium(graph.source(node.inputs[1]), share * (1 - factor), notes, depth + 1),
                          _medium(graph.source(node.inputs[2]), share * factor, notes, depth + 1))
     if kind == "ShaderNodeGroup" and node.node_tree:

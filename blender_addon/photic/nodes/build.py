@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Says node trees as expressions: each call adds a node and returns the socket that holds its value."""
-from . import graph
+from .. import compat
 
 COLUMN = 180.0      # [px] between nodes
 ROW = 60.0
@@ -16,7 +16,7 @@ class Builder:
 
     def node(self, kind, name="", **settings):
         node = self.tree.nodes.new(kind)
-        node[graph.OURS] = 1
+        compat.mark(node)
         if name:
             node.name = node.label = name
         for key, value in settings.items():

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading node trees through reroutes and groups, over the versions of Blender's node interface."""
+"""Reading node trees through reroutes and groups."""
 
-OURS = "photic_made"     # custom property of every node, group and material that the add-on made
+from .. import compat
 
 
 def is_ours(item):
-    return OURS in item.keys()
+    """Whether the add-on made this node, group, material, image or object."""
+    return compat.is_marked(item)
 
 
 def active_output(tree, target=None):
@@ -56,14 +57,3 @@ def constant(socket_in):
     if origin is not None and origin.node.bl_idname == "ShaderNodeValue":
         return float(origin.default_value)
     return None
-
-
-def add_interface(tree, in_out, socket_type, name, default=None):
-    """Adds a socket to a group, before and after Blender 4.0 changed how."""
-    if hasattr(tree, "interface"):
-        item = tree.interface.new_socket(name, in_out=in_out, socket_type=socket_type)
-    else:
-        item = (tree.inputs if in_out == "INPUT" else tree.outputs).new(socket_type, name)
-    if default is not None:
-        item.default_value = default
-    return item

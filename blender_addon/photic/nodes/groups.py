@@ -2,7 +2,7 @@
 """The groups of one light volume: made when missing, emptied and filled again when they are there, so that links stay."""
 import bpy
 
-from . import graph
+from .. import compat
 
 
 def named(kind, volume_object):
@@ -14,34 +14,21 @@ def fresh(name, inputs, outputs):
     tree = bpy.data.node_groups.get(name)
     if tree is None or tree.library is not None or tree.bl_idname != "ShaderNodeTree":
         tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    tree[graph.OURS] = 1
+    compat.mark(tree)
     tree.animation_data_clear()
     tree.nodes.clear()
     if not _has(tree, inputs, outputs):
-        _clear_interface(tree)
+        compat.clear_sockets(tree)
         for kind, label, default in inputs:
-            graph.add_interface(tree, "INPUT", kind, label, default)
+            compat.add_socket(tree, "INPUT", kind, label, default)
         for kind, label, _ in outputs:
-            graph.add_interface(tree, "OUTPUT", kind, label)
+            compat.add_socket(tree, "OUTPUT", kind, label)
     return tree
 
 
-def _sockets(tree, in_out):
-    if hasattr(tree, "interface"):
-        return [item.name for item in tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == in_out]
-    return [item.name for item in (tree.inputs if in_out == "INPUT" else tree.outputs)]
-
-
 def _has(tree, inputs, outputs):
-    return _sockets(tree, "INPUT") == [i[1] for i in inputs] and _sockets(tree, "OUTPUT") == [o[1] for o in outputs]
-
-
-def _clear_interface(tree):
-    if hasattr(tree, "interface"):
-        tree.interface.clear()
-    else:
-        tree.inputs.clear()
-        tree.outputs.clear()
+    return (compat.socket_names(tree, "INPUT") == [i[1] for i in inputs]
+            and compat.socket_names(tree, "OUTPUT") == [o[1] for o in outputs])
 
 
 def drive_rotation(tree, node, volume_object):

@@ -7,6 +7,7 @@ import math
 
 import bpy
 
+from .. import compat
 from . import build, graph, groups
 
 UNDER_WATER, STRENGTH = "Under water", "Strength"
@@ -55,7 +56,7 @@ def build_material(volume_object, medium, reference, has_density, coloured, unde
 def _mask(b, irradiance, has_density):
     """1 in the medium. Without a gate a renderer fills the whole padded box with the medium."""
     if has_density:
-        return b.node("ShaderNodeAttribute", attribute_name="density").outputs["Fac"]
+        return b.node("ShaderNodeAttribute", attribute_name="density").outputs[2]
     return b.math("GREATER_THAN", b.vector("DOT_PRODUCT", irradiance, (1.0, 1.0, 1.0)), 1e-6)
 
 
@@ -87,7 +88,7 @@ def _material(volume_object, tree, medium):
     material = bpy.data.materials.get(name)
     if material is None or not graph.is_ours(material):
         material = bpy.data.materials.new(name)
-        material[graph.OURS] = 1
+        compat.mark(material)
     material.use_nodes = True
     material.node_tree.nodes.clear()
     b = build.Builder(material.node_tree)

@@ -8,21 +8,24 @@ import itertools
 
 import bpy
 
+from .. import compat
 from . import build, graph, groups
 
 INSIDE = 0.25       # half a texel would be exact; less absorbs rounding on whole numbers
 
 
-def build_group(volume_object, atlas, frames=None):
-    """(Re)builds the group of a volume. `frames` is (first frame, count) of a sequence.
+def build_group(volume_object, atlas, late=(0.0, 0.0, 0.0), frames=None):
+    """(Re)builds the group of a volume. `frames` is (first frame, count) of a sequence; `late` [m] is where the light's own
+    (0, 0, 0) is in the object's frame.
 
-    Outputs, in the volume's own frame: Flux [W/m2] by the mean of the channels, Colour (flux's channels over their mean), Position [m].
+    Outputs, in the light's frame: Flux [W/m2] by the mean of the channels, Colour (flux's channels over their mean), Position [m].
     """
     tree = groups.fresh(groups.named("Sample", volume_object), [],
                         [("NodeSocketVector", "Flux", None), ("NodeSocketColor", "Colour", None),
                          ("NodeSocketVector", "Position", None)])
     b = build.Builder(tree)
-    place = b.node("ShaderNodeTexCoord", "Position in the volume", object=volume_object).outputs["Object"]
+    in_object = b.node("ShaderNodeTexCoord", "Position in the volume", object=volume_object).outputs["Object"]
+    place = b.vector("SUBTRACT", in_object, late)
     voxel = b.vector("DIVIDE", b.vector("SUBTRACT", place, atlas.origin), atlas.voxel_size)
     below = b.vector("FLOOR", voxel)
     share = b.split(b.vector("SUBTRACT", voxel, below))
@@ -96,7 +99,7 @@ def _image(path, frames):
     image = next((i for i in bpy.data.images if graph.is_ours(i) and bpy.path.abspath(i.filepath) == wanted), None)
     if image is None:
         image = bpy.data.images.load(path)
-        image[graph.OURS] = 1
+        compat.mark(image)
     image.colorspace_settings.name = "Non-Color"
     image.alpha_mode = "CHANNEL_PACKED"
     image.use_half_precision = True

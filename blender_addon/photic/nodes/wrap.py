@@ -2,6 +2,7 @@
 """Puts the Receiver group behind a material's shaders, and takes it away again without a trace."""
 import bpy
 
+from .. import compat
 from . import albedo, build, graph
 
 BEFORE = "photic_before"    # custom property: a material's settings before it was wrapped
@@ -23,7 +24,7 @@ def wrap(material, receiver_group):
         material.use_nodes = True
         if not had_nodes:
             _principled_of(material, tuple(material.diffuse_color), material.roughness, material.metallic)
-    for owner, name, value in _quiet_emission(material):
+    for owner, name, value in compat.quiet_emission(material):
         before[name] = getattr(owner, name)
         setattr(owner, name, value)
     material[BEFORE] = before
@@ -67,23 +68,13 @@ def unwrap(material):
         tree.nodes.remove(node)
     if BEFORE in material.keys():
         before = material[BEFORE].to_dict()
-        for owner, name, _ in _quiet_emission(material):
+        for owner, name, _ in compat.quiet_emission(material):
             if name in before:
                 setattr(owner, name, type(getattr(owner, name))(before[name]))
         del material[BEFORE]
         if not before["had_nodes"]:
             tree.nodes.clear()
         material.use_nodes = bool(before["use_nodes"])
-
-
-def _quiet_emission(material):
-    """Settings that keep Cycles from sampling a receiver as if it were a lamp: (owner, name, value)."""
-    cycles = getattr(material, "cycles", None)
-    if cycles is not None and hasattr(cycles, "emission_sampling"):
-        return [(cycles, "emission_sampling", "NONE")]
-    if cycles is not None and hasattr(cycles, "sample_as_light"):
-        return [(cycles, "sample_as_light", False)]
-    return []
 
 
 def _principled_of(material, colour, roughness, metallic):
@@ -104,6 +95,6 @@ def plain_material():
     material = bpy.data.materials.get(name)
     if material is None:
         material = bpy.data.materials.new(name)
-        material[graph.OURS] = 1
+        compat.mark(material)
         material.use_nodes = True
     return material

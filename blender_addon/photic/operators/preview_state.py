@@ -3,13 +3,16 @@
 import os
 
 import bpy
+import mathutils
 
+from .. import compat
 from ..core import atlas as atlas_file
 from ..core import roles
 from ..core.program import BakerError
 from ..export import collect, lights
 from ..nodes import graph, groups, medium, receiver, sample, wrap
 
+LATE = "photic_late"        # custom property of volume objects [m]
 VOXELS_PER_STEP = 2.0      # of Cycles; its steps are jittered: longer ones make thin sheets of light noisy
 
 
@@ -25,9 +28,11 @@ def load(context):
     if obj is None or obj.name not in scene.objects or obj.type != "VOLUME":
         data = bpy.data.volumes.new(f"{scene.name} light")
         obj = bpy.data.objects.new(data.name, data)
-        obj[graph.OURS] = data[graph.OURS] = 1
+        compat.mark(obj)
+        compat.mark(data)
         scene.collection.objects.link(obj)
         settings.volume = obj
+        obj[LATE] = (0.0, 0.0, 0.0)
     data = obj.data
     data.grids.unload()                 # the file behind the name may be a new one
     data.is_sequence = False
@@ -37,6 +42,7 @@ def load(context):
     data.render.precision = "FULL"
     if not data.grids.load():
         raise BakerError(f"Blender cannot read '{path}': {data.grids.error_message}")
+    _place(obj)
     if settings.sequence_count:         # only now: a volume that was never evaluated looks for frame 0
         data.is_sequence = True
         data.frame_start, data.frame_duration = settings.sequence_start, settings.sequence_count
@@ -45,6 +51,18 @@ def load(context):
     obj.hide_render = True
     obj.display_type = "BOUNDS"
     return obj
+
+
+def _place(obj):
+    """Moves the object back by the half voxel, along its own axes, that the engines show its grids late by.
+
+    The object's frame is then not the light's: (0, 0, 0) of the light is at obj[LATE] in it, wherever it is moved and turned.
+    """
+    index_axes = obj.data.grids[0].matrix_object.to_3x3()
+    late = index_axes @ mathutils.Vector((0.5, 0.5, 0.5)) if compat.half_voxel_late() else mathutils.Vector()
+    change = mathutils.Vector(obj.get(LATE, (0.0, 0.0, 0.0))) - late
+    obj.matrix_basis = obj.matrix_basis @ mathutils.Matrix.Translation(change)
+    obj[LATE] = tuple(late)
 
 
 def update_numbers(settings):
@@ -80,7 +98,7 @@ def show(context):
     layout = atlas_file.read(bpy.path.abspath(settings.atlas_file))
     sequence = (settings.sequence_start, settings.sequence_count) if settings.sequence_count else None
     numbers = numbers_of(settings)
-    sample_group = sample.build_group(volume_object, layout, sequence)
+    sample_group = sample.build_group(volume_object, layout, tuple(volume_object[LATE]), sequence)
     receiver_group = receiver.build_group(volume_object, sample_group, settings.level, **numbers)
     _dress_volume(settings, volume_object, layout)
 
@@ -234,15 +252,14 @@ def _quiet_caustics(scene):
 
 def _see_through(scene):
     """EEVEE shows what lies behind water only when it is told to."""
-    for name in ("use_ssr", "use_ssr_refraction", "use_raytracing"):
+    for name in compat.SCENE_SEE_THROUGH:
         _set(scene, scene.eevee, "eevee", name, True)
     for obj in scene.objects:
         if collect.role_of(obj) != roles.REFRACTOR:
             continue
         for slot in obj.material_slots:
             if slot.material and not slot.material.library:
-                name = "use_raytrace_refraction" if hasattr(slot.material, "use_raytrace_refraction") else "use_screen_refraction"
-                _set(slot.material, slot.material, "", name, True)
+                _set(slot.material, slot.material, "", compat.see_through(slot.material), True)
 
 
 def remove(context):

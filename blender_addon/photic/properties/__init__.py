@@ -2,12 +2,14 @@
 """What an artist sets, on the scene, objects, lights and in the preferences."""
 import bpy
 
+from .. import compat
 from . import method_options, preferences, things
 from . import scene as scene_settings
 
 
 def register():
     bpy.utils.register_class(preferences.PhoticPreferences)
+    compat.register()
     things.register()
     method_options.register()
     scene_settings.register()
@@ -17,6 +19,7 @@ def unregister():
     scene_settings.unregister()
     method_options.unregister()
     things.unregister()
+    compat.unregister()
     bpy.utils.unregister_class(preferences.PhoticPreferences)
 
 

@@ -4,6 +4,8 @@ import itertools
 
 import bpy
 
+from .. import compat
+
 COLOUR = (1.0, 0.75, 0.2, 0.9)
 EDGES = [(a, b) for a, b in itertools.combinations(range(8), 2) if bin(a ^ b).count("1") == 1]
 
@@ -22,7 +24,7 @@ def _draw():
         return
     import gpu
     from gpu_extras.batch import batch_for_shader
-    shader = gpu.shader.from_builtin("UNIFORM_COLOR" if bpy.app.version >= (4, 0, 0) else "3D_UNIFORM_COLOR")
+    shader = gpu.shader.from_builtin(compat.line_shader())
     points = corners(settings.domain_min, settings.domain_max)
     batch = batch_for_shader(shader, "LINES", {"pos": [points[i] for edge in EDGES for i in edge]})
     gpu.state.depth_test_set("LESS_EQUAL")

@@ -4,6 +4,7 @@ import textwrap
 
 import bpy
 
+from .. import compat
 from ..core import roles
 from ..export import collect
 from ..operators import job
@@ -36,10 +37,7 @@ class PHOTIC_PT_bake(Sidebar, bpy.types.Panel):
         layout, settings = self.layout, context.scene.photic
         if job.current:
             words, fraction = job.current.words, job.current.fraction
-            if hasattr(layout, "progress"):
-                layout.progress(factor=fraction, text=words)
-            else:
-                layout.label(text=words, icon="RENDER_ANIMATION")
+            compat.show_progress(layout, fraction, words)
             layout.operator("photic.cancel", icon="CANCEL")
             return
         column = layout.column(align=True)

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender renamed or changed from 3.4 to 5.x, each in one place. Only 3.4 was run; the rest is from its documentation.
+
+Where a name can be asked for, it is; a version is compared only where nothing can be seen from outside.
+"""
+import bpy
+
+VOXELS_CENTRED_SINCE = (4, 5, 0)        # projects.blender.org, pull request 138449
+UNIFORM_COLOR_SINCE = (4, 0, 0)         # "3D_UNIFORM_COLOR" before
+
+
+def half_voxel_late(version=None):
+    """Whether the engines show voxel (i, j, k) centred at transform(i + 1/2, ...), and not at transform(i, ...) as OpenVDB
+    has it. Measured in 3.4: both do, along all three axes, at any voxel size."""
+    return tuple(version or bpy.app.version) < VOXELS_CENTRED_SINCE
+
+
+def line_shader(version=None):
+    """Name of the built-in shader that draws lines in one colour."""
+    return "UNIFORM_COLOR" if tuple(version or bpy.app.version) >= UNIFORM_COLOR_SINCE else "3D_UNIFORM_COLOR"
+
+
+# Marks of what the add-on made. Nodes have custom properties no more since 5.0, but still those that add-ons register.
+
+OURS = "photic_made"
+
+
+def register():
+    bpy.types.Node.photic_made = bpy.props.BoolProperty(name="Made by Photic", options={"HIDDEN"})
+
+
+def unregister():
+    del bpy.types.Node.photic_made
+
+
+def mark(item):
+    try:
+        item[OURS] = 1
+    except TypeError:
+        item.photic_made = True
+
+
+def is_marked(item):
+    try:
+        return OURS in item.keys()
+    except TypeError:
+        return bool(getattr(item, "photic_made", False))
+
+
+# Sockets of node groups: tree.inputs and tree.outputs until 4.0, tree.interface since.
+
+def add_socket(tree, in_out, socket_type, name, default=None):
+    """Adds a socket to a group; `in_out` is "INPUT" or "OUTPUT"."""
+    if hasattr(tree, "interface"):
+        item = tree.interface.new_socket(name, in_out=in_out, socket_type=socket_type)
+    else:
+        item = (tree.inputs if in_out == "INPUT" else tree.outputs).new(socket_type, name)
+    if default is not None:
+        item.default_value = default
+    return item
+
+
+def socket_names(tree, in_out):
+    """Names of a group's sockets."""
+    if hasattr(tree, "interface"):
+        return [item.name for item in tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == in_out]
+    return [item.name for item in (tree.inputs if in_out == "INPUT" else tree.outputs)]
+
+
+def clear_sockets(tree):
+    if hasattr(tree, "interface"):
+        tree.interface.clear()
+    else:
+        tree.inputs.clear()
+        tree.outputs.clear()
+
+
+# Materials
+
+def quiet_emission(material):
+    """What keeps Cycles from sampling an emissive material as a lamp: [(owner, name, value)]."""
+    cycles = getattr(material, "cycles", None)
+    if hasattr(cycles, "emission_sampling"):        # since 3.5
+        return [(cycles, "emission_sampling", "NONE")]
+    if hasattr(cycles, "sample_as_light"):
+        return [(cycles, "sample_as_light", False)]
+    return []
+
+
+def see_through(material):
+    """Name of the setting by which EEVEE shows what lies behind a refracting material."""
+    return "use_raytrace_refraction" if hasattr(material, "use_raytrace_refraction") else "use_screen_refraction"    # 4.2
+
+
+SCENE_SEE_THROUGH = ("use_ssr", "use_ssr_refraction", "use_raytracing")     # of scene.eevee; the last since 4.2
+
+
+def show_progress(layout, fraction, words):
+    """A bar where layouts have one (since 4.0), otherwise the words."""
+    if hasattr(layout, "progress"):
+        layout.progress(factor=fraction, text=words)
+    else:
+        layout.label(text=words, icon="RENDER_ANIMATION")
