@@ -21,6 +21,17 @@ if(NOT TARGET photic_openvdb)
   target_link_libraries(photic_openvdb INTERFACE ${PHOTIC_OPENVDB_LIBRARY} TBB::tbb Imath::Imath)
 endif()
 
+# NanoVDB is headers; its two codecs are options of `photic export --codec`.
+find_path(PHOTIC_NANOVDB_INCLUDE nanovdb/NanoVDB.h REQUIRED)
+find_library(PHOTIC_ZLIB_LIBRARY z REQUIRED)
+find_library(PHOTIC_BLOSC_LIBRARY blosc REQUIRED)
+if(NOT TARGET photic_nanovdb)
+  add_library(photic_nanovdb INTERFACE IMPORTED)
+  target_include_directories(photic_nanovdb INTERFACE ${PHOTIC_NANOVDB_INCLUDE})
+  target_link_libraries(photic_nanovdb INTERFACE ${PHOTIC_BLOSC_LIBRARY} ${PHOTIC_ZLIB_LIBRARY})
+  target_compile_definitions(photic_nanovdb INTERFACE NANOVDB_USE_ZIP NANOVDB_USE_BLOSC)
+endif()
+
 # Embree 3 (Debian 12) or 4 (Ubuntu 24.04); bake/tubes/ray_casting.cpp knows both.
 find_library(PHOTIC_EMBREE_LIBRARY NAMES embree4 embree3 REQUIRED)
 find_path(PHOTIC_EMBREE_INCLUDE NAMES embree4/rtcore.h embree3/rtcore.h REQUIRED)

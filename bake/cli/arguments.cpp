@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string_view>
 
@@ -153,6 +154,19 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_flag("!--no-surface", a.show_surface, "Look through the water surface as if it were not there");
 }
 
+void addExport(CLI::App& app, ExportArguments& a) {
+    app.add_option("VOLUME", a.volumes, "Light volume (.vdb); several are frames, laid out alike")->required();
+    app.add_option("-o,--output", a.output,
+                   "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a volume")
+        ->required();
+    const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half}, {"float", NvdbPrecision::Float}};
+    app.add_option("--precision", a.precision, "Of an .nvdb: half (default) or float")->transform(CLI::CheckedTransformer(precisions).description("{half,float}"));
+    const std::map<std::string, NvdbCodec> codecs{{"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
+    app.add_option("--codec", a.codec, "Of an .nvdb: none (default, all that the run-time library reads), zip or blosc")
+        ->transform(CLI::CheckedTransformer(codecs).description("{none,zip,blosc}"));
+    app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
+}
+
 /// "Perhaps you meant bake?" for verbs that do not exist; planned ones are refused by name.
 void refuseUnknownVerb(const std::string& name, const std::vector<std::string>& known) {
     for (const PlannedVerb& planned : kPlannedVerbs) {
@@ -204,7 +218,7 @@ Verb parseArguments(int argc, const char* const* argv) {
     InspectArguments inspect;
     CompareArguments compare;
     PictureArguments picture;
-    ExportArguments atlas;
+    ExportArguments exported;
     MethodsArguments methods;
     PostArguments post;
     std::string frames, compression = "mask", progress;
@@ -231,13 +245,8 @@ Verb parseArguments(int argc, const char* const* argv) {
     CLI::App* picture_app =
         app.add_subcommand("picture", "Show receivers as they will be lit, slices, x-rays and views");
     addPicture(*picture_app, picture);
-    CLI::App* export_app =
-        app.add_subcommand("export", "Write a volume as a slice atlas (EXR and JSON) for game engines");
-    export_app->add_option("VOLUME", atlas.volumes, "Light volume (.vdb); several are frames, laid out alike")->required();
-    export_app
-        ->add_option("-o,--output", atlas.output,
-                     "Atlas to write (.exr; the sidecar gets .json); #### is the frame of a volume")
-        ->required();
+    CLI::App* export_app = app.add_subcommand("export", "Write a volume for games: .nvdb, .ktx2, .dds, .vf, or a slice atlas (.exr)");
+    addExport(*export_app, exported);
     CLI::App* methods_app = app.add_subcommand("methods", "List the bake methods and their options");
     methods_app->add_flag("--json", methods.json, "Print JSON on stdout");
     CLI::App* post_app = app.add_subcommand("post", "Sharpen or dissipate the caustic grid of a volume");
@@ -275,7 +284,7 @@ Verb parseArguments(int argc, const char* const* argv) {
     if (inspect_app->parsed()) return inspect;
     if (compare_app->parsed()) return compare;
     if (picture_app->parsed()) return picture;
-    if (export_app->parsed()) return atlas;
+    if (export_app->parsed()) return exported;
     if (post_app->parsed()) return post;
     return methods;
 }

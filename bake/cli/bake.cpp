@@ -49,6 +49,38 @@ double iorOfMedium(const Scene& scene) {
     return 1.0;
 }
 
+/// A number, or the three of its channels where they differ.
+std::string perChannel(const glm::dvec3& v) {
+    return v.x == v.y && v.y == v.z ? fmt::format("{}", v.x) : fmt::format("[{},{},{}]", v.x, v.y, v.z);
+}
+
+/// After how much [m] along x and y the light repeats, or 0: the water does, nothing that blocks breaks it, and a whole period is
+/// in the box.
+glm::dvec2 periodOfLight(const Scene& scene) {
+    if (scene.surfaces.empty()) return glm::dvec2(0);
+    const glm::dvec2 period = scene.surfaces.front().size;
+    for (const Surface& surface : scene.surfaces) {
+        if (!surface.height_field || surface.outside != Outside::Periodic || surface.size != period) return glm::dvec2(0);
+    }
+    for (const Object& object : scene.objects) {
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        if (object.blocks() && (!plane || plane->normal.x != 0 || plane->normal.y != 0)) return glm::dvec2(0);
+    }
+    const glm::dvec2 size(scene.domain.max - scene.domain.min);
+    const double half_voxel = 0.5 * scene.domain.voxel_size;
+    return size.x + half_voxel >= period.x && size.y + half_voxel >= period.y ? period : glm::dvec2(0);
+}
+
+/// What a run-time reader needs of the scene: its medium, and how the light repeats.
+void addSceneMetadata(const Scene& scene, std::map<std::string, std::string>& metadata) {
+    if (scene.medium.present()) {
+        metadata["scattering"] = perChannel(scene.medium.scattering);
+        metadata["absorption"] = perChannel(scene.medium.absorption);
+        metadata["anisotropy"] = fmt::format("{}", scene.medium.anisotropy);
+    }
+    if (const glm::dvec2 period = periodOfLight(scene); period != glm::dvec2(0)) metadata["period"] = fmt::format("[{},{},0]", period.x, period.y);
+}
+
 /// True when `path` is a volume that was baked from these very inputs.
 bool upToDate(const std::string& path, const std::string& hash) {
     std::error_code ignored;
@@ -83,6 +115,7 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
                        {"frame", fmt::format("{}", scene.frame)},
                        {"ledger", dump(ledgerJson(result.report))},
                        {"scene_hash", hash}};
+    addSceneMetadata(scene, volume.metadata);
     for (const auto& [name, text] : result.metadata) {
         if (text.empty()) {
             volume.metadata.erase(name);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <filesystem>
@@ -7,8 +8,11 @@
 #include <set>
 
 #include "bake/cli/bake_plan.h"
+#include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
+#include "bake/file/nvdb.h"
 #include "bake/file/slice_atlas.h"
+#include "bake/file/texture_3d.h"
 #include "bake/report/error.h"
 
 namespace photic::cli {
@@ -38,8 +42,8 @@ int frameOf(const LightVolume& volume, const std::string& path) {
 }
 
 /// The box that holds the light of all volumes. One volume needs none: its atlas finds it.
-std::optional<AtlasBox> boxOfAll(const std::vector<std::string>& volumes, Terminal& terminal) {
-    std::optional<AtlasBox> box;
+std::optional<VoxelBox> boxOfAll(const std::vector<std::string>& volumes, Terminal& terminal) {
+    std::optional<VoxelBox> box;
     std::optional<GridFrame> grid;
     for (std::size_t i = 0; volumes.size() > 1 && i < volumes.size(); ++i) {
         terminal.progress("read", static_cast<double>(i) / static_cast<double>(volumes.size()));
@@ -58,30 +62,132 @@ std::optional<AtlasBox> boxOfAll(const std::vector<std::string>& volumes, Termin
     return box;
 }
 
+/// A file format for other programs: how it is called, and what the command line may say about it.
+enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas };
+struct FormatRow {
+    Format format;
+    const char *extension, *name;
+};
+constexpr FormatRow kFormats[] = {{Format::Nvdb, ".nvdb", "nvdb"},
+                                  {Format::Ktx2, ".ktx2", "ktx2"},
+                                  {Format::Dds, ".dds", "dds"},
+                                  {Format::UnityVf, ".vf", "vf"},
+                                  {Format::SliceAtlas, ".exr", "atlas"}};
+
+const FormatRow& formatOf(const ExportArguments& arguments) {
+    const std::string extension = std::filesystem::path(arguments.output).extension().string();
+    std::string known;
+    for (const FormatRow& row : kFormats) {
+        if (extension == row.extension) return row;
+        known += fmt::format("{}{}", known.empty() ? "" : ", ", row.extension);
+    }
+    throw Error(ErrorCode::Usage,
+                fmt::format("output '{}' has no known extension; the formats are {}", arguments.output, known), "-o");
+}
+
+void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
+    if (format.format == Format::Nvdb) return;
+    const auto refuse = [&](const char* option) {
+        throw Error(
+            ErrorCode::Usage,
+            fmt::format("{} is for .nvdb only; {} files have one way to store values", option, format.extension),
+            option);
+    };
+    if (arguments.precision) refuse("--precision");
+    if (arguments.codec) refuse("--codec");
+}
+
+std::string precisionName(const ExportArguments& arguments, Format format) {
+    if (format == Format::UnityVf) return "float";
+    return arguments.precision == NvdbPrecision::Float ? "float" : "half";
+}
+
+/// What was written of one volume.
+struct Written {
+    DenseWritten dense;
+    std::int64_t voxels = 0;  ///< with light, or those of the dense box
+};
+
+Written write(const ExportArguments& arguments, Format format, const std::string& output, const LightVolume& volume,
+              const std::optional<VoxelBox>& box) {
+    const auto dense = [](const DenseWritten& written) {
+        return Written{written, std::int64_t{written.size.x} * written.size.y * written.size.z};
+    };
+    switch (format) {
+        case Format::Ktx2:
+            return dense(writeTextures(output, volume, TextureFormat::Ktx2, box));
+        case Format::Dds:
+            return dense(writeTextures(output, volume, TextureFormat::Dds, box));
+        case Format::UnityVf:
+            return dense(writeTextures(output, volume, TextureFormat::UnityVf, box));
+        case Format::SliceAtlas:
+            return dense(writeSliceAtlas(output, volume, box));
+        case Format::Nvdb:
+            break;
+    }
+    const NvdbOptions options{arguments.precision.value_or(NvdbPrecision::Half),
+                              arguments.codec.value_or(NvdbCodec::None)};
+    const NvdbWritten written = writeNvdb(output, volume, options);
+    return {{{output}, volume.field.frame().size(), written.clamped}, written.active_voxels};
+}
+
+/// Says what was written of `volume`, and returns it for `--json`.
+Json reported(const std::string& volume, const Written& written, const ExportArguments& arguments,
+              const FormatRow& format, Terminal& terminal) {
+    const auto& [dense, voxels] = written;
+    if (dense.clamped > 0) {
+        terminal.warn(
+            fmt::format("{}: {} values were not finite or above 65504, and were cut; photic inspect tells what is "
+                        "wrong with the volume",
+                        volume, dense.clamped));
+    }
+    Json files = Json::array();
+    std::uintmax_t bytes = 0;
+    for (const std::string& file : dense.files) {
+        const std::uintmax_t size = std::filesystem::file_size(file);
+        files.push_back({{"path", file}, {"bytes", size}});
+        bytes += size;
+    }
+    terminal.say(fmt::format("{}: {}, {} voxels in {} x {} x {}, {:.2f} MB", fmt::join(dense.files, ", "),
+                             precisionName(arguments, format.format), voxels, dense.size.x, dense.size.y, dense.size.z,
+                             static_cast<double>(bytes) * 1e-6));
+    return {{"volume", volume},
+            {"files", files},
+            {"bytes", bytes},
+            {"voxels", voxels},
+            {"size", toJson(dense.size)},
+            {"cut_values", dense.clamped}};
+}
+
 }  // namespace
 
 int run(const ExportArguments& arguments, Terminal& terminal) {
-    if (std::filesystem::path(arguments.output).extension() != ".exr") {
-        throw Error(ErrorCode::Usage,
-                    "output '" + arguments.output + "' does not end in .exr, the one format that is built", "-o");
-    }
+    const FormatRow& format = formatOf(arguments);
+    checkOptions(arguments, format);
     checkWritable(arguments.output);
     const bool sequence = arguments.volumes.size() > 1 ||
                           std::filesystem::path(arguments.output).filename().string().find('#') != std::string::npos;
-    const std::optional<AtlasBox> box = boxOfAll(arguments.volumes, terminal);
-    std::set<std::string> written;
+    const std::optional<VoxelBox> box = boxOfAll(arguments.volumes, terminal);
+    std::set<std::string> outputs;
+    Json frames = Json::array();
     for (const std::string& path : arguments.volumes) {
-        terminal.progress("write", static_cast<double>(written.size()) / static_cast<double>(arguments.volumes.size()));
+        terminal.progress("write", static_cast<double>(outputs.size()) / static_cast<double>(arguments.volumes.size()));
         const LightVolume volume = readVdb(path);
         terminal.checkCancelled();
         const std::string output = sequence ? withFrame(arguments.output, frameOf(volume, path)) : arguments.output;
-        if (!written.insert(output).second) {
+        if (!outputs.insert(output).second) {
             throw Error(ErrorCode::Input, "holds the same frame as a volume before it; both would be " + output, path);
         }
-        writeSliceAtlas(output, volume, box);
-        terminal.say(output + ": atlas and its .json written");
+        frames.push_back(
+            reported(path, write(arguments, format.format, output, volume, box), arguments, format, terminal));
     }
     terminal.progress("write", 1);
+    if (arguments.json) {
+        print({{"schema", "photic-export-1"},
+               {"format", format.name},
+               {"precision", precisionName(arguments, format.format)},
+               {"frames", frames}});
+    }
     return 0;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/cli/terminal.h"
+#include "bake/file/nvdb.h"
 #include "bake/file/vdb.h"
 
 namespace photic::cli {
@@ -79,7 +80,10 @@ struct PictureArguments {
 
 struct ExportArguments {
     std::vector<std::string> volumes;    ///< several: frames of a sequence, laid out alike
-    std::string output;
+    std::string output;                  ///< its extension says the format
+    std::optional<NvdbPrecision> precision;
+    std::optional<NvdbCodec> codec;
+    bool json = false;
 };
 
 struct MethodsArguments {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <glm/common.hpp>
@@ -12,8 +13,7 @@
 #include <optional>
 #include <vector>
 
-#include "bake/field/resample.h"
-#include "bake/field/scene_grid.h"
+#include "bake/file/voxel_encoding.h"
 #include "bake/image/atomic_file.h"
 #include "bake/image/image.h"
 #include "bake/report/error.h"
@@ -52,35 +52,15 @@ Layout fittingLayout(const glm::ivec3& size, double voxel_size) {
                             size.z, size.x, size.y, format::kAtlasLargestSide, voxel_size * scale));
 }
 
-// The box of voxels with light.
-std::optional<AtlasBox> litBoxOf(const LightField& field, double threshold) {
-    const AtlasBox none{glm::ivec3(std::numeric_limits<int>::max()), glm::ivec3(std::numeric_limits<int>::min())};
-    std::vector<AtlasBox> boxes(static_cast<std::size_t>(field.leafCount()), none);
-    forEachLeaf(field.needed(), [&](int slot) {
-        if (field.state(slot) == LeafState::Empty) return;
-        AtlasBox& box = boxes[static_cast<std::size_t>(slot)];
-        const glm::ivec3 origin = field.needed().leafOrigin(slot);
-        for (int i = 0; i < LightField::kLeafVoxels; ++i) {
-            const glm::ivec3 v = origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
-            if (field.irradiance(v) > threshold) box.min = glm::min(box.min, v), box.max = glm::max(box.max, v);
-        }
-    });
-    AtlasBox all = none;
-    for (const AtlasBox& box : boxes) all.min = glm::min(all.min, box.min), all.max = glm::max(all.max, box.max);
-    if (all.min.x > all.max.x) return {};
-    return all;
-}
-
-double threshold(const LightVolume& volume) { return double(format::kActiveAbove) * volume.reference_irradiance; }
-
-Image atlasImage(const LightField& field, const AtlasBox& box, const Layout& layout, double reference, bool rgb) {
+Image atlasImage(const LightField& field, const VoxelBox& box, const Layout& layout, double reference, bool rgb, std::atomic<std::int64_t>& clamped) {
     const glm::ivec3 size = box.max - box.min + 1;
     Image image;
     image.width = layout.columns * size.x, image.height = layout.rows * size.y, image.channels = rgb ? 3 : 4;
     image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.channels), 0.0f);
     parallelFor(size.z, [&](std::int64_t k) {
         const int x0 = static_cast<int>(k) % layout.columns * size.x, y0 = static_cast<int>(k) / layout.columns * size.y;
-        const auto stored = [&](double v) { return static_cast<float>(std::clamp(v / reference, -double(format::kLargest), double(format::kLargest))); };
+        std::int64_t cut = 0;
+        const auto stored = [&](double v) { return cutToRange(static_cast<float>(v / reference), cut); };
         for (int y = 0; y < size.y; ++y)
             for (int x = 0; x < size.x; ++x) {
                 const glm::ivec3 voxel = box.min + glm::ivec3(x, y, static_cast<int>(k));
@@ -92,6 +72,7 @@ Image atlasImage(const LightField& field, const AtlasBox& box, const Layout& lay
                 for (int a = 0; a < 3; ++a) image.at(x0 + x, y0 + y, a) = stored(flux[a]);
                 image.at(x0 + x, y0 + y, 3) = stored(field.irradiance(voxel));
             }
+        clamped += cut;
     });
     return image;
 }
@@ -100,24 +81,12 @@ nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-std::optional<AtlasBox> litBox(const LightVolume& volume) {
-    if (volume.field.frame().axisAligned()) return litBoxOf(volume.field, threshold(volume));
-    return litBoxOf(resampledToAxes(volume.field), threshold(volume));
-}
-
-std::optional<AtlasBox> together(const std::optional<AtlasBox>& a, const std::optional<AtlasBox>& b) {
-    if (!a || !b) return a ? a : b;
-    return AtlasBox{glm::min(a->min, b->min), glm::max(a->max, b->max)};
-}
-
-void writeSliceAtlas(const std::string& path, const LightVolume& volume, const std::optional<AtlasBox>& wanted) {
-    std::optional<LightField> resampled;
-    if (!volume.field.frame().axisAligned()) resampled = resampledToAxes(volume.field);
-    const LightField& field = resampled ? *resampled : volume.field;
+DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume, const std::optional<VoxelBox>& wanted) {
+    const StraightField straight(volume);
+    const LightField& field = straight.field();
     const GridFrame& frame = field.frame();
     const double reference = volume.reference_irradiance;
-    const std::optional<AtlasBox> lit = wanted ? wanted : litBoxOf(field, threshold(volume));
-    const AtlasBox box = lit.value_or(AtlasBox{frame.min, frame.min});   // a dark volume: one texel
+    const VoxelBox box = straight.box(wanted);
     const glm::ivec3 size = box.max - box.min + 1;
     const glm::dvec3 voxel(frame.world_from_index[0].x, frame.world_from_index[1].y, frame.world_from_index[2].z);
     const Layout layout = fittingLayout(size, voxel.x);
@@ -149,13 +118,21 @@ void writeSliceAtlas(const std::string& path, const LightVolume& volume, const s
         {"bounds_world", {{"min", jsonOf(glm::min(a, b))}, {"max", jsonOf(glm::max(a, b))}}},
         {"world_from_index", {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
         {"index_min", {box.min.x, box.min.y, box.min.z}},
-        {"resampled", resampled.has_value()},
+        {"resampled", straight.resampled()},
         {"metadata", volume.metadata}};
 
     // The sidecar last: a reader that finds it finds the images too.
-    writeExr(path, atlasImage(field, box, layout, reference, false), ChannelDepth::Half);
-    if (coloured) writeExr(rgb_path, atlasImage(field, box, layout, reference, true), ChannelDepth::Half);
-    writeFileAtomically(base.string() + ".json", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    DenseWritten written{{path}, size, 0};
+    std::atomic<std::int64_t> clamped{0};
+    writeExr(path, atlasImage(field, box, layout, reference, false, clamped), ChannelDepth::Half);
+    if (coloured) {
+        writeExr(rgb_path, atlasImage(field, box, layout, reference, true, clamped), ChannelDepth::Half);
+        written.files.push_back(rgb_path);
+    }
+    written.clamped = clamped;
+    written.files.push_back(base.string() + ".json");
+    writeFileAtomically(written.files.back(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    return written;
 }
 
 }  // namespace photic

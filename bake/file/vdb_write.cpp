@@ -12,6 +12,7 @@
 #include <map>
 
 #include "bake/field/scene_grid.h"
+#include "bake/file/active_leaves.h"
 #include "bake/file/checked_file.h"
 #include "bake/file/vdb.h"
 #include "bake/file/voxel_encoding.h"
@@ -23,80 +24,6 @@ namespace photic {
 namespace {
 
 constexpr int kVoxels = LightField::kLeafVoxels;
-
-// A leaf of the file: its voxels that are active, and where its light lies.
-struct ActiveLeaf {
-    glm::ivec3 origin;
-    int slot;                      // of the light field, or -1
-    NeededVoxels::Mask mask;
-};
-
-// Mean irradiance of a lit leaf [W/m2].
-void meanIrradiance(const LightField& field, int slot, float* mean) {
-    const int colours = field.channels().irradiance;
-    if (field.state(slot) == LeafState::Constant) {
-        float sum = 0;
-        for (int c = 0; c < colours; ++c) sum += field.constant(slot)[static_cast<std::size_t>(c)];
-        std::fill_n(mean, kVoxels, sum / static_cast<float>(colours));
-    } else if (colours == 1) {
-        std::memcpy(mean, field.dense(slot), kVoxels * sizeof(float));
-    } else {
-        const float *r = field.dense(slot), *g = r + kVoxels, *b = g + kVoxels;
-        for (int i = 0; i < kVoxels; ++i) mean[i] = (r[i] + g[i] + b[i]) * (1.0f / 3);
-    }
-}
-
-// Voxels of a leaf with more than `threshold`, among those needed.
-NeededVoxels::Mask above(const LightField& field, int slot, float threshold) {
-    NeededVoxels::Mask mask{};
-    if (field.state(slot) == LeafState::Empty) return mask;
-    std::array<float, kVoxels> mean;
-    meanIrradiance(field, slot, mean.data());
-    const auto& needed = field.needed().mask(slot);
-    for (std::size_t word = 0; word < 8; ++word) {
-        std::uint64_t bits = 0;
-        for (std::size_t i = 0; i < 64; ++i) bits |= std::uint64_t{mean[word * 64 + i] > threshold} << i;
-        mask[word] = bits & needed[word];
-    }
-    return mask;
-}
-
-std::int64_t bitsIn(const NeededVoxels::Mask& mask) {
-    std::int64_t n = 0;
-    for (const auto word : mask) n += std::popcount(word);
-    return n;
-}
-
-// The topology of all grids: voxels with light or medium, in a fixed order; one dark voxel when there are none.
-std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume) {
-    const LightField& field = volume.field;
-    std::vector<NeededVoxels::Mask> masks(static_cast<std::size_t>(field.leafCount()));
-    const auto threshold = static_cast<float>(double(format::kActiveAbove) * volume.reference_irradiance);
-    forEachLeaf(field.needed(), [&](int slot) { masks[static_cast<std::size_t>(slot)] = above(field, slot, threshold); });
-
-    // Density may reach where no light does.
-    std::vector<ActiveLeaf> leaves;
-    if (const auto density = volume.scalars.find(format::kDensity); density != volume.scalars.end()) {
-        const LightField& medium = density->second;
-        for (int slot = 0; slot < medium.leafCount(); ++slot) {
-            const auto mask = above(medium, slot, format::kActiveAbove);
-            if (bitsIn(mask) == 0) continue;
-            const int at = field.needed().slotOf(medium.needed().leafOrigin(slot));
-            if (at < 0) leaves.push_back({medium.needed().leafOrigin(slot), -1, mask});
-            else for (std::size_t w = 0; w < 8; ++w) masks[static_cast<std::size_t>(at)][w] |= mask[w];
-        }
-    }
-    for (int slot = 0; slot < field.leafCount(); ++slot)
-        if (bitsIn(masks[static_cast<std::size_t>(slot)]) > 0) leaves.push_back({field.needed().leafOrigin(slot), slot, masks[static_cast<std::size_t>(slot)]});
-    if (leaves.empty()) {
-        const glm::ivec3 voxel = field.frame().min;
-        NeededVoxels::Mask one{};
-        const int offset = NeededVoxels::offsetInLeaf(voxel);
-        one[static_cast<std::size_t>(offset >> 6)] = std::uint64_t{1} << (offset & 63);
-        leaves.push_back({glm::ivec3(voxel.x & ~7, voxel.y & ~7, voxel.z & ~7), field.needed().slotOf(voxel), one});
-    }
-    return leaves;
-}
 
 // Builds a grid leaf by leaf: fill(leaf, values) writes 512 values, of which the active ones are kept.
 template <class Grid, class Fill>
@@ -278,9 +205,9 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
         throw Error(ErrorCode::Failed, fmt::format("cannot write {}: the reference irradiance is {} W/m2; it must be positive", path, volume.reference_irradiance), path);
     CheckedFile file(path);    // before the work: a folder that cannot be written to shows at once
     try {
-        const std::vector<ActiveLeaf> leaves = activeLeaves(volume);
+        const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::LightOrMedium);
         std::int64_t active = 0;
-        for (const auto& leaf : leaves) active += bitsIn(leaf.mask);
+        for (const auto& leaf : leaves) active += leaf.count();
 
         std::atomic<std::int64_t> clamped{0};
         openvdb::GridPtrVec grids;

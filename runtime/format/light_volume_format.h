@@ -30,6 +30,10 @@ inline constexpr const char* kMetaQuadrature = "photic:quadrature";             
 inline constexpr const char* kMetaPrefilter = "photic:prefilter";                        // bool: made for trilinear look-ups
 inline constexpr const char* kMetaReferenceIrradiance = "photic:reference_irradiance";   // double [W/m2]: stored 1 means this
 inline constexpr const char* kMetaIor = "photic:ior";                                    // double: of the medium
+inline constexpr const char* kMetaScattering = "photic:scattering";                      // string: [1/m], a number or [r,g,b]
+inline constexpr const char* kMetaAbsorption = "photic:absorption";                      // string: the same
+inline constexpr const char* kMetaAnisotropy = "photic:anisotropy";                      // string: Henyey-Greenstein g
+inline constexpr const char* kMetaPeriod = "photic:period";                              // string: [x,y,0] [m]
 inline constexpr const char* kMetaUpAxis = "photic:up_axis";                             // string: "Z"
 inline constexpr const char* kMetaFrame = "photic:frame";                                // int
 inline constexpr const char* kMetaLedger = "photic:ledger";                              // string: both ledgers, JSON
@@ -44,5 +48,6 @@ inline constexpr float kActiveAbove = 1e-6f;
 /// Of the slice atlas's JSON sidecar (docs/schemas/atlas.md).
 inline constexpr int kAtlasVersion = 1;
 inline constexpr int kAtlasLargestSide = 16384;   // texels: the limit of textures on current GPUs
+inline constexpr int kTextureLargestSide = 2048;  // texels: the limit of 3D textures on current GPUs
 
 }  // namespace photic::format

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bake/file/voxel_box.h"
+
+namespace photic {
+
+/// Files that hold a dense 3D texture (docs/files.md).
+enum class TextureFormat {
+    Ktx2,    ///< RGBA16F: flux.xyz + irradiance; metadata inside
+    Dds,     ///< the same texels, DX10 header; metadata in NAME.json
+    UnityVf  ///< 32-bit floats, axes turned to Unity's: irradiance, and NAME_flux.vf; metadata in NAME.json
+};
+
+/// Writes a light volume as dense 3D textures, cropped to the voxels with light (or to `box`): flux and irradiance in
+/// units of the reference, |flux| <= irradiance after rounding too; coloured volumes get a second texture NAME_rgb with
+/// irradiance per channel and their mean. Sheared grids are resampled to straight cubic voxels first. Written slice by
+/// slice: memory does not follow the size of the texture.
+/// @throws Error{Input} for more than 2048 texels a side, with the voxel size that fits; Error{Failed}: nothing is left
+/// half-written
+DenseWritten writeTextures(const std::string& path, const LightVolume& volume, TextureFormat format,
+                           const std::optional<VoxelBox>& box = {});
+
+}  // namespace photic

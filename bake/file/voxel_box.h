@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bake/file/vdb.h"
+
+namespace photic {
+
+/// Voxels from min to max, both inside, of the grid that a dense file is laid out from: the volume's own, or the
+/// straight one that a sheared volume is resampled to.
+struct VoxelBox {
+    glm::ivec3 min{0}, max{-1};
+    glm::ivec3 size() const { return max - min + 1; }
+};
+
+/// What was written of a box of voxels.
+struct DenseWritten {
+    std::vector<std::string> files;  ///< in the order of writing, the sidecar last
+    glm::ivec3 size{0};              ///< of the box, along Photic's axes
+    std::int64_t clamped = 0;        ///< values that were not finite or above 65504, and were cut
+};
+
+/// The voxels of `volume` with light; nothing when it is dark.
+std::optional<VoxelBox> litBox(const LightVolume& volume);
+
+/// The smallest box around both; nothing when neither is there.
+std::optional<VoxelBox> together(const std::optional<VoxelBox>& a, const std::optional<VoxelBox>& b);
+
+/// A volume's field on axes that readers of dense files understand: its own, or resampled when it is sheared.
+/// The volume must outlive it.
+class StraightField {
+public:
+    explicit StraightField(const LightVolume& volume);
+    const LightField& field() const { return resampled_ ? *resampled_ : volume_.field; }
+    bool resampled() const { return resampled_.has_value(); }
+    /// The box that was asked for, or that of the voxels with light; one voxel for a dark volume.
+    VoxelBox box(const std::optional<VoxelBox>& wanted) const;
+
+private:
+    const LightVolume& volume_;
+    std::optional<LightField> resampled_;
+};
+
+}  // namespace photic

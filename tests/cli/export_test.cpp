@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+
+namespace photic::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+TEST(Export, WritesEveryFormatAndSaysWhat) {
+    const Workplace place;
+    PoolText pool;
+    pool.extra = "[medium]\nscattering = 0.05\nabsorption = [0.35, 0.07, 0.02]\nanisotropy = 0.8\n";
+    place.write("pool.toml", pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    for (const auto& [name, files] :
+         std::map<std::string, Strings>{{"a.nvdb", {"a.nvdb"}},
+                                        {"b.ktx2", {"b.ktx2", "b_rgb.ktx2"}},
+                                        {"c.dds", {"c.dds", "c_rgb.dds", "c.json"}},
+                                        {"d.vf", {"d.vf", "d_flux.vf", "d_rgb.vf", "d.json"}},
+                                        {"e.exr", {"e.exr", "e_rgb.exr", "e.json"}}}) {
+        const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", name, "--json"});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        const auto document = outcome.json();
+        EXPECT_EQ(schemaBreaches(document, "export.md"), Strings{});
+        const auto& frame = document["frames"][0];
+        ASSERT_EQ(frame["files"].size(), files.size());
+        std::uintmax_t bytes = 0;
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            EXPECT_EQ(frame["files"][i]["path"], files[i]);
+            EXPECT_EQ(frame["files"][i]["bytes"], std::filesystem::file_size(place / files[i]));
+            bytes += std::filesystem::file_size(place / files[i]);
+        }
+        EXPECT_EQ(frame["bytes"], bytes);
+        EXPECT_GT(frame["voxels"], 0);
+        EXPECT_EQ(frame["cut_values"], 0);
+        EXPECT_NE(outcome.err.find(name), std::string::npos);
+    }
+    for (const char* sidecar : {"c.json", "d.json"}) {
+        const auto json = nlohmann::json::parse(place.read(sidecar));
+        EXPECT_EQ(schemaBreaches(json, "runtime.md"), Strings{}) << sidecar;
+        EXPECT_EQ(json["absorption"], (nlohmann::json{0.35, 0.07, 0.02}));
+        EXPECT_EQ(json["scattering"], 0.05);
+        EXPECT_EQ(json["anisotropy"], 0.8);
+        EXPECT_FALSE(json.contains("period"));
+    }
+    const Outcome full = photic(place, {"export", "pool.vdb", "-o", "f.nvdb", "--precision", "float", "--json"});
+    EXPECT_EQ(full.json()["precision"], "float");
+    EXPECT_GT(std::filesystem::file_size(place / "f.nvdb"), std::filesystem::file_size(place / "a.nvdb") / 2);
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "z.nvdb", "--codec", "zip"}).code, 0);
+    EXPECT_LT(std::filesystem::file_size(place / "z.nvdb"), std::filesystem::file_size(place / "a.nvdb"));
+}
+
+TEST(Export, PeriodicLightSaysItsPeriod) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface =
+        "waves = [{ amplitude = 0.03, wavelength = 1.0, direction = 0.0, phase = 0.4 }]\noutside = \"periodic\"";
+    for (const bool whole_period_in_box : {false, true}) {
+        std::string text = pool.text();
+        if (whole_period_in_box) text.replace(text.find("size = [4.0, 4.0]"), 17, "size = [2.0, 1.0]");
+        place.write("pool.toml", text);
+        const Outcome bake = photic(place, {"bake", "pool.toml"});
+        ASSERT_EQ(bake.code, 0) << bake.err;
+        ASSERT_EQ(photic(place, {"export", "pool.vdb", "-o", "a.dds"}).code, 0);
+        const auto json = nlohmann::json::parse(place.read("a.json"));
+        EXPECT_EQ(schemaBreaches(json, "runtime.md"), Strings{});
+        ASSERT_EQ(json.contains("period"), whole_period_in_box);
+        if (whole_period_in_box) {
+            EXPECT_EQ(json["period"], (nlohmann::json{2, 1, 0}));
+        }
+    }
+}
+
+TEST(Export, SequencesBecomeOneFileAFrame) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "bump = { height = 0.1, radius = 0.2, speed = 1.0 }";
+    place.write("pool.toml", pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1-2"}).code, 0);
+    const Outcome outcome = photic(place, {"export", "pool.0001.vdb", "pool.0002.vdb", "-o", "x.####.nvdb", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.json()["frames"][1]["files"][0]["path"], "x.0002.nvdb");
+    ASSERT_EQ(photic(place, {"export", "pool.0001.vdb", "pool.0002.vdb", "-o", "x.####.ktx2"}).code, 0);
+    EXPECT_EQ(std::filesystem::file_size(place / "x.0001.ktx2"), std::filesystem::file_size(place / "x.0002.ktx2"));
+}
+
+TEST(Export, MistakesAreUsageErrors) {
+    const Workplace place;
+    for (const Strings& arguments :
+         {Strings{"-o", "a.png"}, Strings{"-o", "a"}, Strings{"-o", "a.ktx2", "--precision", "half"},
+          Strings{"-o", "a.exr", "--codec", "zip"}, Strings{"-o", "a.nvdb", "--precision", "double"},
+          Strings{"-o", "a.nvdb", "--codec", "lz4"}, Strings{}}) {
+        Strings all{"export", "pool.vdb"};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = photic(place, all);
+        EXPECT_EQ(outcome.code, 2) << outcome.err;
+        EXPECT_NE(outcome.err, "");
+    }
+    EXPECT_EQ(photic(place, {"export", "missing.vdb", "-o", "a.nvdb"}).code, 3);
+    EXPECT_EQ(place.names(), Strings{});
+}
+
+TEST(Export, AFullDiskLeavesTheOldFile) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    for (const char* name : {"a.nvdb", "a.ktx2", "a.dds", "a.vf"}) {
+        place.write(name, "old");
+        const Strings before = place.names();
+        const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", name}, 100000);
+        EXPECT_EQ(outcome.code, 4) << name;
+        EXPECT_NE(outcome.err.find("limit on file sizes"), std::string::npos) << outcome.err;
+        EXPECT_EQ(place.read(name), "old");
+        EXPECT_EQ(place.names(), before);
+    }
+}
+
+}  // namespace
+}  // namespace photic::test
