@@ -36,6 +36,21 @@ bool bit(const Bytes& bytes, std::uint64_t mask, std::uint32_t n) {
     return (bytes.get<std::uint8_t>(mask + (n >> 3)) >> (n & 7) & 1) != 0;
 }
 
+/// Calls body(n, whether it is a child) for the entries of an upper or lower node of 2^(3 log2) entries that are a
+/// child or an active tile: its value mask, then its child mask.
+template <class Body>
+void eachEntry(const Bytes& bytes, std::uint64_t node, int log2, const Body& body) {
+    const std::uint64_t mask_size = (std::uint64_t{1} << 3 * log2) / 8;
+    for (std::uint64_t word = 0; word < mask_size; word += 8) {
+        const auto values = bytes.get<std::uint64_t>(node + kNodeValueMask + word);
+        const auto children = bytes.get<std::uint64_t>(node + kNodeValueMask + mask_size + word);
+        for (std::uint64_t rest = values | children; rest != 0; rest &= rest - 1) {
+            const int n = std::countr_zero(rest);
+            body(static_cast<std::uint32_t>(8 * word) + static_cast<std::uint32_t>(n), (children >> n & 1) != 0);
+        }
+    }
+}
+
 /// The first voxel of root tile `key`: 21 bits each of z, y and x, in units of 4096 voxels.
 Int3 originOf(std::uint64_t key) {
     const auto part = [&](int shift) {
@@ -172,15 +187,15 @@ std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
         out.push_back({origin, values, kind});
     };
     const auto walkLower = [&](std::uint64_t node, const Int3& origin) {
-        for (std::uint32_t n = 0; n < 4096; ++n) {
+        eachEntry(bytes_, node, 4, [&](std::uint32_t n, bool child) {
             const Int3 at = childOrigin(origin, n, 4, 8);
             const std::uint64_t entry = node + layout.lower_table + n * layout.table_stride;
-            if (bit(bytes_, node + kNodeValueMask + 512, n)) {
+            if (child) {
                 add(at, enter(nodes.leaf, node, bytes_.get<std::int64_t>(entry), bytes_.what()), NvdbLeaf::Kind::Leaf);
-            } else if (bit(bytes_, node + kNodeValueMask, n)) {
+            } else {
                 add(at, entry, NvdbLeaf::Kind::Tile);
             }
-        }
+        });
     };
     const auto addTile = [&](const Int3& origin, int leaves_a_side, std::uint64_t value) {
         for (int x = 0; x < leaves_a_side; ++x) {
@@ -192,15 +207,15 @@ std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
         }
     };
     const auto walkUpper = [&](std::uint64_t node, const Int3& origin) {
-        for (std::uint32_t n = 0; n < 32768; ++n) {
+        eachEntry(bytes_, node, 5, [&](std::uint32_t n, bool child) {
             const Int3 at = childOrigin(origin, n, 5, 128);
             const std::uint64_t entry = node + layout.upper_table + n * layout.table_stride;
-            if (bit(bytes_, node + kNodeValueMask + 4096, n)) {
+            if (child) {
                 walkLower(enter(nodes.lower, node, bytes_.get<std::int64_t>(entry), bytes_.what()), at);
-            } else if (bit(bytes_, node + kNodeValueMask, n)) {
+            } else {
                 addTile(at, 16, entry);
             }
-        }
+        });
     };
 
     std::vector<std::uint64_t> keys;
