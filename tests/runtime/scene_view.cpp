@@ -35,52 +35,66 @@ Trace planes(std::vector<std::pair<glm::dvec3, glm::dvec3>> all) {
     };
 }
 
-DrawnView::DrawnView(const GlFunctions& gl, const Eye& eye, const Trace& trace) : gl_(gl) {
-    const auto count = static_cast<std::size_t>(eye.width) * static_cast<std::size_t>(eye.height);
-    const glm::dmat4 clip_from_world = eye.clipFromWorld(), world_from_clip = glm::inverse(clip_from_world);
-    std::vector<float> depth(count, eye.reversed_depth ? 0.0F : 1.0F), normals(4 * count, 0.0F),
-        albedo(4 * count, 0.0F);
+Drawing::Drawing(int w, int h)
+    : width(w),
+      height(h),
+      depth(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 1.0F),
+      normals(4 * depth.size(), 0.0F),
+      albedo(4 * depth.size(), 0.0F) {}
+
+Drawing drawingOf(const Eye& eye, const Trace& trace) {
+    Drawing out(eye.width, eye.height);
+    const glm::dmat4 clip_from_world = eye.clipFromWorld();
+    out.world_from_clip = glm::inverse(clip_from_world);
+    out.camera = eye.position;
+    out.reversed_depth = eye.reversed_depth;
     for (int y = 0; y < eye.height; ++y) {
         for (int x = 0; x < eye.width; ++x) {
+            const auto at =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(eye.width) + static_cast<std::size_t>(x);
+            out.depth[at] = eye.reversed_depth ? 0.0F : 1.0F;
             const glm::dvec3 direction = eye.direction(x, y);
             const auto hit = trace(eye.position, direction);
             if (!hit) continue;
-            const auto at =
-                static_cast<std::size_t>(y) * static_cast<std::size_t>(eye.width) + static_cast<std::size_t>(x);
             const glm::dvec4 clip = clip_from_world * glm::dvec4(eye.position + hit->distance * direction, 1);
-            depth[at] = static_cast<float>(eye.reversed_depth ? clip.z / clip.w : 0.5 + 0.5 * clip.z / clip.w);
+            out.depth[at] = static_cast<float>(eye.reversed_depth ? clip.z / clip.w : 0.5 + 0.5 * clip.z / clip.w);
             for (int c = 0; c < 3; ++c) {
-                normals[4 * at + static_cast<std::size_t>(c)] = static_cast<float>(hit->normal[c]);
-                albedo[4 * at + static_cast<std::size_t>(c)] = static_cast<float>(hit->albedo[c]);
+                out.normals[4 * at + static_cast<std::size_t>(c)] = static_cast<float>(hit->normal[c]);
+                out.albedo[4 * at + static_cast<std::size_t>(c)] = static_cast<float>(hit->albedo[c]);
             }
         }
     }
+    return out;
+}
+
+DrawnView::DrawnView(const GlFunctions& gl, const Drawing& drawing) : gl_(gl) {
     gl.GenTextures(4, textures_);
     const auto texture = [&](int n, GLenum format, GLenum layout, const float* data) {
         gl.BindTexture(GL_TEXTURE_2D, textures_[n]);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, format, eye.width, eye.height);
-        if (data) gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, eye.width, eye.height, layout, GL_FLOAT, data);
+        gl.TexStorage2D(GL_TEXTURE_2D, 1, format, drawing.width, drawing.height);
+        if (data) gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, drawing.width, drawing.height, layout, GL_FLOAT, data);
     };
-    texture(0, GL_R32F, GL_RED, depth.data());
-    texture(1, GL_RGBA32F, GL_RGBA, normals.data());
-    texture(2, GL_RGBA32F, GL_RGBA, albedo.data());
+    texture(0, GL_R32F, GL_RED, drawing.depth.data());
+    texture(1, GL_RGBA32F, GL_RGBA, drawing.normals.data());
+    texture(2, GL_RGBA32F, GL_RGBA, drawing.albedo.data());
     texture(3, GL_RGBA32F, GL_RGBA, nullptr);
     gl.BindTexture(GL_TEXTURE_2D, 0);
 
     surfaces.depth = textures_[0];
     surfaces.normals = textures_[1];
     surfaces.albedo = textures_[2];
-    surfaces.clip_depth = eye.reversed_depth ? ClipDepth::ZeroToOne : ClipDepth::NegativeOneToOne;
-    surfaces.empty_depth = eye.reversed_depth ? 0.0F : 1.0F;
-    for (int i = 0; i < 16; ++i) surfaces.world_from_clip[i] = static_cast<float>(world_from_clip[i / 4][i % 4]);
-    for (int i = 0; i < 3; ++i) surfaces.camera[i] = static_cast<float>(eye.position[i]);
+    surfaces.clip_depth = drawing.reversed_depth ? ClipDepth::ZeroToOne : ClipDepth::NegativeOneToOne;
+    surfaces.empty_depth = drawing.reversed_depth ? 0.0F : 1.0F;
+    for (int i = 0; i < 16; ++i)
+        surfaces.world_from_clip[i] = static_cast<float>(drawing.world_from_clip[i / 4][i % 4]);
+    for (int i = 0; i < 3; ++i) surfaces.camera[i] = static_cast<float>(drawing.camera[i]);
 
     gl.GenFramebuffers(1, &target.framebuffer);
     gl.BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
     gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, textures_[3], 0);
     gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
-    target.width = eye.width;
-    target.height = eye.height;
+    target.width = drawing.width;
+    target.height = drawing.height;
     fill(0, 0, 0);
 }
 

@@ -35,10 +35,26 @@ using Trace = std::function<std::optional<Hit>(const glm::dvec3& origin, const g
 /// Nearest of some planes, as (point, normal).
 Trace planes(std::vector<std::pair<glm::dvec3, glm::dvec3>> all);
 
-/// A G-buffer drawn by casting rays on the CPU, and a float target of its size; both are deleted at the end.
+/// The contents of a G-buffer, row 0 at the bottom.
+struct Drawing {
+    Drawing(int w, int h);
+    int width, height;
+    std::vector<float> depth;            ///< one a pixel
+    std::vector<float> normals, albedo;  ///< four a pixel
+    glm::dmat4 world_from_clip{1};
+    glm::dvec3 camera{0};
+    bool reversed_depth = false;
+};
+
+/// What an eye sees, by casting rays on the CPU.
+Drawing drawingOf(const Eye& eye, const Trace& trace);
+
+/// A G-buffer and a float target of its size; both are deleted at the end.
 class DrawnView {
 public:
-    DrawnView(const runtime::GlFunctions& gl, const Eye& eye, const Trace& trace);
+    DrawnView(const runtime::GlFunctions& gl, const Drawing& drawing);
+    DrawnView(const runtime::GlFunctions& gl, const Eye& eye, const Trace& trace)
+        : DrawnView(gl, drawingOf(eye, trace)) {}
     ~DrawnView();
     DrawnView(const DrawnView&) = delete;
     DrawnView& operator=(const DrawnView&) = delete;
