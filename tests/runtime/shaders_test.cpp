@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every shader compiles with the reference compiler, for all versions that the library hands out: drivers are laxer.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "photic/runtime_gl.h"
+#include "runtime/src/shader_source.h"
+
+namespace photic::runtime {
+namespace {
+
+std::string outputOf(const std::string& command, int& status) {
+    std::string out;
+    std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+    if (!pipe) {
+        status = -1;
+        return out;
+    }
+    std::array<char, 4096> buffer;
+    while (std::fgets(buffer.data(), buffer.size(), pipe)) out += buffer.data();
+    status = pclose(pipe);
+    return out;
+}
+
+/// The stage of "receiver.frag.glsl": "frag"; empty for files that are included.
+std::string stageOf(const std::string& name) {
+    for (const char* stage : {"vert", "frag", "comp"}) {
+        if (name.find(std::string(".") + stage + ".glsl") != std::string::npos) return stage;
+    }
+    return {};
+}
+
+class Shaders : public testing::Test {
+protected:
+    void SetUp() override {
+        int status = 0;
+        outputOf("glslangValidator --version", status);
+        if (status != 0) GTEST_SKIP() << "glslangValidator is not installed (glslang-tools)";
+        file_ = std::filesystem::temp_directory_path() / ("photic_shader_" + std::to_string(::getpid()));
+    }
+    void TearDown() override { std::filesystem::remove(file_); }
+
+    void expectCompiles(const std::string& text, const std::string& stage, const std::string& what) {
+        int status = 0;
+        std::ofstream(file_) << text;
+        const std::string log = outputOf("glslangValidator -S " + stage + " " + file_.string(), status);
+        EXPECT_EQ(status, 0) << what << ":\n" << log;
+    }
+
+    std::filesystem::path file_;
+};
+
+constexpr std::pair<GlslTarget, const char*> kTargets[] = {
+    {GlslTarget::Gl430, "430"}, {GlslTarget::Gl460, "460"}, {GlslTarget::Es310, "310 es"}};
+
+TEST_F(Shaders, PassesCompileInEveryVersion) {
+    const std::vector<std::vector<Define>> variants = {{},
+                                                       {{"PHOTIC_LAYOUT", "1"}},
+                                                       {{"PHOTIC_LAYOUT", "2"}, {"PHOTIC_EXACT", "1"}},
+                                                       {{"PHOTIC_LIGHT_IN_BUFFER", "1"}}};
+    int compiled = 0;
+    for (const std::string& name : embeddedShaders()) {
+        const std::string stage = stageOf(name);
+        if (stage.empty()) continue;
+        for (const auto& [target, version] : kTargets) {
+            for (const auto& defines : variants) {
+                const auto text = assembleShader(name, target, defines);
+                ASSERT_TRUE(text.ok()) << text.error().message;
+                expectCompiles(text->text, stage, name + " as " + version);
+                ++compiled;
+                // Others do not look at the defines.
+                if (text->text.find("photicLocal") == std::string::npos) break;
+            }
+        }
+    }
+    EXPECT_GT(compiled, 20);
+}
+
+TEST_F(Shaders, GamesShadersCompileWithTwoVolumes) {
+    for (const auto& [target, version] : kTargets) {
+        for (const Layout layout : {Layout::Automatic, Layout::Atlas, Layout::Dense, Layout::Buffer}) {
+            for (const Filter filter : {Filter::Hardware, Filter::Exact}) {
+                GlslOptions sun, lamp;
+                sun.layout = lamp.layout = layout;
+                sun.filter = lamp.filter = filter;
+                lamp.prefix = "lamp";
+                lamp.first_texture = 3;
+                lamp.first_buffer = 1;
+                const auto header = assembleShader("full_screen.vert.glsl", target, {});
+                std::string text =
+                    header->text.substr(0, header->text.find("#line")) + volumeGlsl(sun) + volumeGlsl(lamp);
+                text += R"(
+                    in vec3 world;
+                    in vec3 normal;
+                    layout(location = 0) out vec4 color;
+                    void main() {
+                        PhoticMedium medium = PhoticMedium(vec3(0.1), vec3(0.2), 0.8);
+                        PhoticRay ray = PhoticRay(world, normalize(normal));
+                        vec3 light = photicIrradiance(world, normal) + lampIrradiance(world, normal);
+                        light += photicInscatter(ray, 3.0, medium) + lampInscatter(ray, 3.0, medium, 16, 0.5, true);
+                        light += photicSample(world).flux * lampEmpty(world, normal);
+                        color = vec4(light, 1.0);
+                    })";
+                expectCompiles(text, "frag", std::string("two volumes as ") + version);
+            }
+        }
+    }
+}
+
+TEST_F(Shaders, TheCheckFails) {
+    int status = 0;
+    std::ofstream(file_) << "#version 430 core\nvoid main() { nonsense(); }\n";
+    outputOf("glslangValidator -S frag " + file_.string(), status);
+    EXPECT_NE(status, 0);
+}
+
+}  // namespace
+}  // namespace photic::runtime
