@@ -14,19 +14,32 @@ namespace {
 
 constexpr int kFarthest = 255;  // what the top byte of an entry holds
 
+/// The bricks that a page's nine voxels along one axis lie in: two, or more where the light repeats inside.
+struct BricksAlong {
+    BricksAlong(const VolumeData& data, int page, int axis) {
+        for (int i = 0; i < BrickPlan::kSide; ++i) {
+            const int brick = data.wrapped(8 * page + i, axis) >> 3;
+            if (count == 0 || numbers[static_cast<std::size_t>(count - 1)] != brick) {
+                numbers[static_cast<std::size_t>(count++)] = brick;
+            }
+        }
+    }
+    std::array<int, BrickPlan::kSide> numbers{};
+    int count = 0;
+};
+
 /// Whether any voxel that the page reads lies in a brick.
 bool touchesBricks(const VolumeData& data, const Int3& page) {
-    for (int corner = 0; corner < 8; ++corner) {
-        Int3 p;
-        for (int a = 0; a < 3; ++a) {
-            // The far voxel, wrapped; with an odd period the middle of the page may wrap too, so ask both ends.
-            const auto axis = static_cast<std::size_t>(a);
-            p[axis] = data.wrapped(8 * page[axis] + ((corner >> a & 1) ? 8 : 0), a) >> 3;
+    const BricksAlong x(data, page[0], 0), y(data, page[1], 1), z(data, page[2], 2);
+    for (int k = 0; k < z.count; ++k) {
+        for (int j = 0; j < y.count; ++j) {
+            for (int i = 0; i < x.count; ++i) {
+                const auto at = [](const BricksAlong& b, int n) { return b.numbers[static_cast<std::size_t>(n)]; };
+                if (data.page(at(x, i), at(y, j), at(z, k)) != 0) return true;
+            }
         }
-        if (data.page(p[0], p[1], p[2]) != 0) return true;
     }
-    // A page that wraps inside, or that ends before its own far voxel, may read a brick that no corner reads.
-    return data.period != Int3{0, 0, 0};
+    return false;
 }
 
 /// Turns entries of dark pages into how many steps it is to the nearest page that is not: two sweeps of a chessboard
@@ -80,7 +93,7 @@ double BrickPlan::fill() const {
     return entries.empty() ? 0 : static_cast<double>(own) / static_cast<double>(entries.size());
 }
 
-BrickPlan planBricks(const VolumeData& data) {
+BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table) {
     BrickPlan plan;
     if (data.lit_voxels == 0) {
         plan.page_count = {1, 1, 1};
@@ -95,10 +108,11 @@ BrickPlan planBricks(const VolumeData& data) {
         plan.page_min[a] = floorDivide(plan.cell_min[a], 8);
         plan.page_count[a] = floorDivide(plan.cell_max[a], 8) - plan.page_min[a] + 1;
         pages *= static_cast<std::uint64_t>(plan.page_count[a]);
-        if (pages > BrickPlan::kNumberMask) {
-            fail(ErrorCode::Limit,
-                 "the box of voxels is " + std::to_string(pages) +
-                     " blocks of 8^3, more than the 16777215 that a GPU volume holds; split the volume");
+        const std::uint64_t most =
+            std::min<std::uint64_t>(BrickPlan::kNumberMask, largest_table / sizeof(std::uint32_t));
+        if (pages > most) {
+            fail(ErrorCode::Limit, "the box of voxels is " + std::to_string(pages) + " blocks of 8^3 or more, and " +
+                                       std::to_string(most) + " fit the table; raise the budget, or split the volume");
         }
     }
     plan.entries.assign(static_cast<std::size_t>(pages), 0);

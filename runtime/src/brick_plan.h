@@ -32,8 +32,9 @@ struct BrickPlan {
     double fill() const;
 };
 
-/// @throws Failure{Limit} for more bricks than entries can number
-BrickPlan planBricks(const VolumeData& data);
+/// @param largest_table  of entries [bytes]
+/// @throws Failure{Limit} when the box has more pages than fit that, or than entries can number
+BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table = ~std::uint64_t{0});
 
 /// The 9^3 voxels that begin at the first of `page`, x fastest.
 /// @param rgb  null when the volume is not coloured; the fourth component is set to 0

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "runtime/src/brick_plan.h"
@@ -54,8 +55,8 @@ struct Need {
 
 class Uploader {
 public:
-    Uploader(const GpuContext& context, const VolumeData& data, const Limits& limits)
-        : context_(context), gl_(context.gl()), data_(data), limits_(limits), plan_(planBricks(data)) {}
+    Uploader(const GpuContext& context, const VolumeData& data, const Limits& limits, std::uint64_t budget)
+        : context_(context), gl_(context.gl()), data_(data), limits_(limits), plan_(planBricks(data, budget)) {}
 
     double fill() const { return plan_.fill(); }
 
@@ -335,7 +336,14 @@ std::unique_ptr<GpuVolume::Impl> uploadOnce(const GpuContext& context, const Vol
     if (options.largest_texture_3d > 0) limits.texture_3d = std::min(limits.texture_3d, options.largest_texture_3d);
     if (options.largest_storage_block > 0)
         limits.storage_block = std::min(limits.storage_block, options.largest_storage_block);
-    Uploader uploader(context, volume.data(), limits);
+    std::optional<Uploader> planned;
+    try {
+        planned.emplace(context, volume.data(), limits, options.budget);
+    } catch (const Failure& failure) {
+        why = failure.error;
+        return nullptr;
+    }
+    Uploader& uploader = *planned;
     std::string reasons;
     why.code = ErrorCode::Limit;
     for (const Layout layout : candidates(options, uploader.fill())) {

@@ -84,7 +84,7 @@ void read(const unsigned char* data, std::size_t size) {
     }
     // What an upload does before it comes to GL.
     (void)guarded([&]() -> Status {
-        const BrickPlan plan = planBricks(volume->data());
+        const BrickPlan plan = planBricks(volume->data(), 4 * kLargestMemory);
         std::vector<Half4> light(BrickPlan::kVoxels), rgb(BrickPlan::kVoxels);
         for (const Int3& page : plan.bricks) {
             fillBrick(volume->data(), page, light.data(), volume->coloured() ? rgb.data() : nullptr);
