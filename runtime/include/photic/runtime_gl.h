@@ -21,6 +21,7 @@
 #include "photic/gl_context.h"
 #include "photic/result.h"
 #include "photic/runtime.h"
+#include "photic/sequence.h"
 
 namespace photic::runtime {
 
@@ -149,6 +150,25 @@ struct Target {
 struct LitVolume {
     GpuVolume* volume = nullptr;
     float weight = 1;
+};
+
+/// A sequence on the GPU: the two frames that are shown, uploaded as they come.
+class GpuSequence {
+public:
+    GpuSequence(const GpuContext& context, VolumeSequence sequence, const UploadOptions& options = {});
+    GpuSequence(GpuSequence&&) noexcept;
+    GpuSequence& operator=(GpuSequence&&) noexcept;
+    ~GpuSequence();
+
+    /// The volumes to draw with at a time, with weights that add up to 1; none while nothing has been loaded. They are
+    /// the sequence's and last until the next call.
+    /// @return the error of a frame that did not load or fit
+    Result<std::vector<LitVolume>> at(double seconds, WhenLate when_late = WhenLate::ShowLast);
+    void abandon();
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
 };
 
 enum class ReceiverOutput {
