@@ -43,10 +43,10 @@ bool isCMake(const fs::path& file) { return file.filename() == "CMakeLists.txt" 
 /// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format", "runtime/src/x.h" -> "runtime"; "" for what is in no
 /// room.
 std::string roomOf(const std::string& path) {
-    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include))/.*");
+    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include)|runtime/(vdb))/.*");
     std::smatch m;
     if (!std::regex_match(path, m, pattern)) return {};
-    return m[1].str() + m[2].str() + m[3].str();  // those that did not match are empty
+    return m[1].str() + m[2].str() + m[3].str() + m[4].str();  // those that did not match are empty
 }
 
 std::string listOf(const std::set<std::string>& names) {
@@ -76,6 +76,7 @@ const Arrows& arrows() {
         {"report", {}},
         {"threads", {}},
         {"format", {}},
+        {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},  // what a game links: nothing of the baker
         {"optics", {}},
         {"image", {}},

@@ -6,10 +6,11 @@
 #include <glm/geometric.hpp>
 
 #include "bake/field/scene_grid.h"
+#include "bake/file/nvdb.h"
 #include "bake/methods/catalogue.h"
 #include "bake/picture/receiver_picture.h"
-#include "bake/picture/volume_lookup.h"
 #include "bake/scene/load_toml.h"
+#include "photic/runtime_vdb.h"
 #include "tests/runtime/gpu_fixture.h"
 #include "tests/runtime/scene_view.h"
 
@@ -45,6 +46,19 @@ plane = { point = [0.48, 0, 0], normal = [-1, 0, 0] }
 )" + medium;
 }
 
+/// A temporary file's name, and no file of that name afterwards.
+class TemporaryFile {
+public:
+    explicit TemporaryFile(const std::string& ending)
+        : path_((std::filesystem::temp_directory_path() / ("photic_runtime_" + std::to_string(::getpid()) + ending))
+                    .string()) {}
+    ~TemporaryFile() { std::filesystem::remove(path_); }
+    const std::string& path() const { return path_; }
+
+private:
+    std::string path_;
+};
+
 struct BakedScene {
     Scene scene;
     LightVolume volume;
@@ -62,30 +76,27 @@ BakedScene bake(const std::string& text) {
     return {std::move(scene), LightVolume{std::move(result.field), 1000.0, true, true, {}, {}}};
 }
 
-/// The bake as a game gets it: a .nvdb.
-runtime::Volume asGameVolume(const LightVolume& volume) {
-    const VolumeLookup lookup(volume);
-    const GridFrame& frame = volume.field.frame();
-    test::NvdbSpec spec;
-    for (int a = 0; a < 3; ++a) {
-        const auto axis = static_cast<std::size_t>(a);
-        spec.min[axis] = frame.min[a];
-        spec.max[axis] = frame.max[a];
-        spec.origin_world[axis] = frame.origin_world[a];
-        for (int b = 0; b < 3; ++b)
-            spec.world_from_index[3 * axis + static_cast<std::size_t>(b)] = frame.world_from_index[b][a];
+runtime::Volume loaded(runtime::Result<runtime::Volume> volume) {
+    if (!volume) {
+        ADD_FAILURE() << volume.error().message;
+        return {};
     }
-    spec.coloured = lookup.coloured();
-    spec.json = R"({"version": 1, "reference_irradiance": 1000})";
-    spec.active = [&](int i, int j, int k) { return lookup.voxel({i, j, k}).meanIrradiance() > 0; };
-    spec.values = [&](int i, int j, int k) -> test::LightValues {
-        const LightSample s = lookup.voxel({i, j, k});
-        const double scale = 1.0 / volume.reference_irradiance;
-        return {float(s.flux.x * scale),           float(s.flux.y * scale),       float(s.flux.z * scale),
-                float(s.meanIrradiance() * scale), float(s.irradiance.x * scale), float(s.irradiance.y * scale),
-                float(s.irradiance.z * scale)};
-    };
-    return test::makeVolume(spec);
+    return *volume;
+}
+
+/// The bake as a game gets it.
+runtime::Volume asGameVolume(const LightVolume& volume, NvdbPrecision precision) {
+    const TemporaryFile file(".nvdb");
+    NvdbOptions options;
+    options.precision = precision;
+    writeNvdb(file.path(), volume, options);
+    return loaded(runtime::loadVolume(file.path()));
+}
+
+runtime::Volume throughVdb(const LightVolume& volume) {
+    const TemporaryFile file(".vdb");
+    writeVdb(file.path(), volume, {});
+    return loaded(runtime::loadVdb(file.path()));
 }
 
 /// A G-buffer that is the receiver's rectangle, pixel by pixel.
@@ -109,8 +120,7 @@ TEST_F(RuntimePictures, ReceiversAreThoseOfPhoticPicture) {
     const std::string clear = "\n", tinted = "[medium]\nabsorption = [0.35, 0.07, 0.02]\n";
     for (const auto& text : {poolText("1000.0", clear), poolText("[1000.0, 900.0, 700.0]", tinted)}) {
         const BakedScene baked = bake(text);
-        const runtime::Volume volume = asGameVolume(baked.volume);
-        runtime::GpuVolume gpu = upload(volume, {});
+        runtime::GpuVolume gpu = upload(asGameVolume(baked.volume, NvdbPrecision::Half), {});
         auto pass = runtime::ReceiverPass::create(*gpu_);
         ASSERT_TRUE(pass.ok()) << pass.error().message;
         for (const char* name : {"floor", "east"}) {
@@ -139,6 +149,25 @@ TEST_F(RuntimePictures, ReceiversAreThoseOfPhoticPicture) {
             RecordProperty(std::string("relative_rmse_") + name, std::to_string(std::sqrt(error / size)));
         }
     }
+}
+
+TEST_F(RuntimePictures, NvdbAndVdbHoldTheSameLight) {
+    const BakedScene baked = bake(poolText("[1000.0, 900.0, 700.0]", "[medium]\nabsorption = [0.35, 0.07, 0.02]\n"));
+    const runtime::Volume exact = asGameVolume(baked.volume, NvdbPrecision::Float),
+                          half = asGameVolume(baked.volume, NvdbPrecision::Half), vdb = throughVdb(baked.volume);
+    ASSERT_TRUE(exact.coloured() && half.coloured() && vdb.coloured());
+    EXPECT_EQ(vdb.metadata().reference_irradiance, exact.metadata().reference_irradiance);
+    double worst_half = 0, worst_vdb = 0, largest = 0;
+    for (const auto& p : test::randomPositions(exact, 20000, 20)) {
+        const runtime::Vec3 world = {double(p[0]), double(p[1]), double(p[2])};
+        const runtime::Light a = exact.sample(world), b = half.sample(world), c = vdb.sample(world);
+        worst_half = std::max({worst_half, std::fabs(a.irradiance.y - b.irradiance.y), std::fabs(a.flux.z - b.flux.z)});
+        worst_vdb = std::max({worst_vdb, std::fabs(a.irradiance.y - c.irradiance.y), std::fabs(a.flux.z - c.flux.z)});
+        largest = std::max(largest, a.irradiance.y);
+    }
+    EXPECT_LT(worst_half, 1e-3 * largest);
+    EXPECT_LT(worst_vdb, 1e-3 * largest);
+    EXPECT_FALSE(runtime::loadVdb("no_such.vdb").ok());
 }
 
 }  // namespace
