@@ -64,8 +64,8 @@ struct RayCaster::Impl {
     void add(int index, const std::shared_ptr<const TriangleMesh>& mesh, const std::string& name,
              const std::string& where) {
         if (!mesh || mesh->triangles.empty()) return;
-        // Doubles keep a tenth of a micrometre there; Embree, in floats, does not bear what lies beyond all bounds.
-        constexpr double kFarthest = 1e9;
+        // Doubles still tell a metre there. Rays from far beyond are not finite in Embree's floats, and it aborts.
+        constexpr double kFarthest = 1e15;
         for (const glm::dvec3& p : mesh->positions)
             if (const double reach = glm::length(p); reach > kFarthest)
                 throw Error(ErrorCode::Input,
