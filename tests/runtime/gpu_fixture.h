@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "photic/runtime_gl.h"
+#include "tests/runtime/compute_sampler.h"
 #include "tests/runtime/gl_fixture.h"
 #include "tests/runtime/nvdb_files.h"
 
@@ -12,13 +13,6 @@ namespace photic::test {
 
 /// A volume read back from a made-up file; fails the test when it does not load.
 runtime::Volume makeVolume(const NvdbSpec& spec);
-
-/// Positions in and a little around a volume: at random, or along lines as pixels of a picture are.
-std::vector<std::array<float, 4>> randomPositions(const runtime::Volume& volume, std::size_t count, unsigned seed);
-std::vector<std::array<float, 4>> coherentPositions(const runtime::Volume& volume, std::size_t count);
-
-/// What photicSample() gives: flux.xyz, mean; irradiance, length of the dark ahead along +x.
-using GpuSample = std::array<float, 8>;
 
 /// A test with a GpuContext.
 class WithGpu : public WithGl {
@@ -37,12 +31,9 @@ protected:
 
     /// Samples on the GPU, in a shader made of volumeGlsl().
     std::vector<GpuSample> sample(runtime::GpuVolume& volume, const std::vector<std::array<float, 4>>& positions,
-                                  runtime::GlslOptions options = {});
+                                  const runtime::GlslOptions& options = {});
 
     std::unique_ptr<runtime::GpuContext> gpu_;
 };
-
-/// Storage buffer `binding` filled with `bytes` (null: left undefined). The caller deletes it.
-GLuint makeStorage(const runtime::GlFunctions& gl, GLuint binding, std::size_t bytes, const void* data);
 
 }  // namespace photic::test

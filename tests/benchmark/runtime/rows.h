@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "photic/runtime_gl.h"
+#include "tests/benchmark/table.h"
+#include "tests/runtime/scene_view.h"
+
+namespace photic::benchmark {
+
+/// How much is done.
+struct RuntimeEffort {
+    double voxel = 1.0 / 128;  ///< [m], of a pool of a cubic metre
+    std::size_t samples = 1000000;
+    int width = 1920, height = 1080;
+    int repeats = 3;
+};
+
+/// What all rows are measured on.
+struct RuntimeStage {
+    const runtime::GpuContext& context;
+    const RuntimeEffort& effort;
+    runtime::Volume volume;
+    test::DrawnView& view;  ///< of the pool's floor and wall, from above the water
+};
+
+/// Least time of a few runs of `work`, which issues GL commands, up to their end [ms].
+double leastMilliseconds(const RuntimeStage& stage, const std::function<void()>& work);
+
+/// Look-ups by layout, random and coherent; memory of each.
+Table lookUps(const RuntimeStage& stage);
+
+/// Receivers and media lit by the volume.
+void addVolumePasses(const RuntimeStage& stage, Table& passes);
+
+}  // namespace photic::benchmark
