@@ -30,7 +30,7 @@ struct PlannedVerb {
     std::string_view name, what;
 };
 constexpr PlannedVerb kPlannedVerbs[] = {
-    {"merge", "summing tiles and batches"}, {"view", "the viewer window"}};
+    {"merge", "summing tiles and batches"}};
 
 /// "7" or "1-48".
 FrameRange parseFrames(const std::string& text) {
@@ -209,6 +209,7 @@ ProgressMode progressMode(int argc, const char* const* argv) {
 }
 
 Verb parseArguments(int argc, const char* const* argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "view") return ViewArguments{{argv + 2, argv + argc}};
     CLI::App app{"Bakes the light that water and mirrors focus into sparse OpenVDB volumes.", "photic"};
     app.set_version_flag("--version", std::string("photic ") + kVersion);
     app.require_subcommand(1);
@@ -258,6 +259,7 @@ Verb parseArguments(int argc, const char* const* argv) {
         ->allow_extra_args(false);
     post_app->add_flag("--as-light", post.as_light, "Make the caustic grid the irradiance, for pictures and readers that want light");
     post_app->add_flag("!--f32", post.file.half, "Store 32-bit floats instead of half floats");
+    app.add_subcommand("view", "Show volumes, or water without a bake, in a window or as a screenshot");
     for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app, post_app})
         addProgress(*verb, progress, threads);
 

@@ -90,11 +90,16 @@ struct MethodsArguments {
     bool json = false;
 };
 
+/// What follows `view`, as it is: photic-view parses it.
+struct ViewArguments {
+    std::vector<std::string> arguments;
+};
+
 /// The command line has been answered already (--help, --version).
 struct NothingToDo {};
 
 using Verb = std::variant<NothingToDo, BakeArguments, InspectArguments, CompareArguments, PictureArguments,
-                          ExportArguments, MethodsArguments, PostArguments>;
+                          ExportArguments, MethodsArguments, PostArguments, ViewArguments>;
 
 // Each runs one verb and returns its exit code; failures are thrown as photic::Error.
 int run(const BakeArguments& arguments, Terminal& terminal);
@@ -104,5 +109,7 @@ int run(const PictureArguments& arguments, Terminal& terminal);
 int run(const ExportArguments& arguments, Terminal& terminal);
 int run(const MethodsArguments& arguments, Terminal& terminal);
 int run(const PostArguments& arguments, Terminal& terminal);
+/// Becomes photic-view; returns only by throwing.
+int run(const ViewArguments& arguments, Terminal& terminal);
 
 }  // namespace photic::cli

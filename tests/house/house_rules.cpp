@@ -43,7 +43,7 @@ bool isCMake(const fs::path& file) { return file.filename() == "CMakeLists.txt" 
 /// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format", "runtime/src/x.h" -> "runtime"; "" for what is in no
 /// room.
 std::string roomOf(const std::string& path) {
-    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include)|runtime/(vdb))/.*");
+    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include)|runtime/(vdb|headless|viewer))/.*");
     std::smatch m;
     if (!std::regex_match(path, m, pattern)) return {};
     return m[1].str() + m[2].str() + m[3].str() + m[4].str();  // those that did not match are empty
@@ -76,6 +76,8 @@ const Arrows& arrows() {
         {"report", {}},
         {"threads", {}},
         {"format", {}},
+        {"headless", {"runtime"}},  // a GL context without a screen
+        {"viewer", {"runtime", "runtime_vdb", "headless", "headless_gl", "picture", "scene", "field", "image"}},
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},  // what a game links: nothing of the baker
         {"optics", {}},

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/viewer/renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <optional>
+
+#include "photic/runtime_gl.h"
+#include "runtime/viewer/gl_objects.h"
+#include "runtime/viewer/viewer_shaders.h"
+
+namespace photic::viewer {
+namespace {
+
+using runtime::Done;
+using runtime::Status;
+
+// Absorption of clean water at red, green and blue [1/m], rounded; tints scenes that set no medium.
+const glm::vec3 kCleanWater{0.35f, 0.07f, 0.02f};
+
+struct Matrices {
+    glm::mat4 clip_from_world{1}, world_from_clip{1};
+};
+
+Matrices matricesOf(const Camera& camera, const Stage& stage, float aspect) {
+    const float distance = glm::length(camera.eye - camera.target), extent = glm::length(stage.max - stage.min);
+    const glm::vec3 forward = camera.target - camera.eye;
+    const glm::vec3 up = std::abs(forward.z) > 0.999f * distance ? glm::vec3(0, 1, 0) : glm::vec3(0, 0, 1);
+    const float far = distance + 2 * extent, near = std::max(1e-3f * extent, distance - 2 * extent);
+    Matrices m;
+    m.clip_from_world = glm::perspective(glm::radians(camera.field_of_view_deg), aspect, near, far) *
+                        glm::lookAt(camera.eye, camera.target, up);
+    m.world_from_clip = glm::inverse(m.clip_from_world);
+    return m;
+}
+
+void copy(float* out, const glm::vec3& v) { std::copy_n(glm::value_ptr(v), 3, out); }
+
+class GlRenderer final : public Renderer {
+public:
+    explicit GlRenderer(runtime::GpuContext context) : context_(std::move(context)) {}
+
+    ~GlRenderer() override {
+        glDeleteVertexArrays(1, &empty_array_);
+        glDeleteTextures(1, &height_texture_);
+    }
+
+    Status build() {
+        using namespace shaders;
+        glGenVertexArrays(1, &empty_array_);
+        for (const auto& [program, vertex, fragment] : {std::tuple{&stage_program_, kStageVertex, kStageFragment},
+                                                        {&base_program_, kFullScreenVertex, kBaseFragment},
+                                                        {&veil_program_, kFullScreenVertex, kVeilFragment},
+                                                        {&surface_program_, kStageVertex, kSurfaceFragment},
+                                                        {&display_program_, kFullScreenVertex, kDisplayFragment}}) {
+            if (const Status built = program->build(vertex, fragment); !built) return built;
+        }
+        auto receivers = runtime::ReceiverPass::create(context_);
+        if (!receivers) return receivers.error();
+        receivers_.emplace(std::move(receivers).value());
+        auto media = runtime::MediumPass::create(context_);
+        if (!media) return media.error();
+        media_.emplace(std::move(media).value());
+        auto water = runtime::LiveWater::create(context_);
+        if (!water) return water.error();
+        water_.emplace(std::move(water).value());
+        ball_.upload(ball());
+        return Done{};
+    }
+
+    Status setStage(const Stage& stage) override {
+        stage_ = stage;
+        room_.upload(stage.room);
+        surface_.upload(stage.water_surface);
+        has_water_ = !stage.heights.empty() && stage.has_sun;
+        map_current_ = false;
+        uploadHeights();
+        if (!has_water_) return Done{};
+        stage_.water.heights = stage_.heights.data();
+        if (const Status set = water_->setHeights(stage_.water); !set) return set;
+        return water_->setLight(stage_.light);
+    }
+
+    Status setVolume(int index, const runtime::Volume& volume) override {
+        auto uploaded = runtime::GpuVolume::upload(context_, volume);
+        if (!uploaded) return uploaded.error();
+        volumes_[static_cast<std::size_t>(index)].emplace(std::move(uploaded).value());
+        return Done{};
+    }
+
+    bool has(Source source) const override {
+        switch (source) {
+            case Source::BakedA:
+                return volumes_[0].has_value();
+            case Source::BakedB:
+                return volumes_[1].has_value();
+            case Source::None:
+                return true;
+            default:
+                return has_water_;
+        }
+    }
+
+    std::string device() const override { return context_.renderer(); }
+
+    Status draw(const Picture& picture, unsigned framebuffer, int width, int height) override {
+        if (const Status sized = targets_.resize(width, height); !sized) return sized;
+        const Matrices matrices =
+            matricesOf(picture.camera, stage_, static_cast<float>(width) / static_cast<float>(height));
+        glViewport(0, 0, width, height);
+        drawStage(picture, matrices);
+        const bool two = picture.split > 0 && picture.split < 1;
+        for (int side = 0; side < 2; ++side) {
+            if (side == 1 && !two && picture.split >= 1) continue;
+            if (side == 0 && picture.split <= 0) continue;
+            const Status lit = light(picture, matrices, side == 0 ? picture.left : picture.right, side, width, height);
+            if (!lit) return lit;
+        }
+        glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        glViewport(0, 0, width, height);
+        glDisable(GL_DEPTH_TEST);
+        glDisable(GL_BLEND);
+        display_program_.use();
+        display_program_.texture("left_texture", 0, targets_.radiance[0]);
+        display_program_.texture("right_texture", 1, targets_.radiance[1]);
+        // Unfocused light on a receiver reaches half of the curve's range.
+        display_program_.set("exposure", picture.exposure * 1.3f / stage_.reference);
+        display_program_.set("split", picture.split);
+        fullScreen();
+        return Done{};
+    }
+
+private:
+    /// z of the water's surface; without water one texel that nothing is above.
+    void uploadHeights() {
+        const bool wet = !stage_.heights.empty();
+        std::vector<float> z = stage_.heights;
+        for (float& value : z) value += stage_.water.level;
+        if (!wet) z = {1e30f};
+        if (!height_texture_) glGenTextures(1, &height_texture_);
+        glBindTexture(GL_TEXTURE_2D, height_texture_);
+        glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, wet ? stage_.water.columns : 1, wet ? stage_.water.rows : 1, 0, GL_RED,
+                     GL_FLOAT, z.data());
+        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+            glTexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
+        for (const GLenum name : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
+            glTexParameteri(GL_TEXTURE_2D, name, GL_CLAMP_TO_EDGE);
+    }
+
+    void fullScreen() const {
+        glBindVertexArray(empty_array_);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+        glBindVertexArray(0);
+    }
+
+    /// Depth, normals and albedo of the room and the ball.
+    void drawStage(const Picture& picture, const Matrices& matrices) const {
+        glBindFramebuffer(GL_FRAMEBUFFER, targets_.stage_framebuffer);
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_LESS);
+        glDepthMask(GL_TRUE);
+        glDisable(GL_BLEND);
+        // A cutaway: walls are seen from their fronts only.
+        glEnable(GL_CULL_FACE);
+        glCullFace(GL_BACK);
+        glFrontFace(GL_CCW);
+        glClearColor(0, 0, 0, 0);
+        glClearDepth(1);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        stage_program_.use();
+        stage_program_.set("clip_from_world", matrices.clip_from_world);
+        stage_program_.set("place", glm::vec4(0, 0, 0, 1));
+        stage_program_.set("base", picture.albedo);
+        stage_program_.set("tile_size", picture.tile_size);
+        stage_program_.set("walls", stage_.walls);
+        stage_program_.set("wall_count", static_cast<float>(stage_.walls.size()));
+        stage_program_.set("tolerance", 1e-4f * glm::length(stage_.max - stage_.min));
+        room_.draw();
+        if (picture.ball_radius > 0) {
+            stage_program_.set("place", glm::vec4(picture.ball_centre, picture.ball_radius));
+            stage_program_.set("base", glm::vec3(0.82f));
+            stage_program_.set("tile_size", 0.0f);
+            ball_.draw();
+        }
+        glDisable(GL_CULL_FACE);
+        glDisable(GL_DEPTH_TEST);
+    }
+
+    runtime::GBuffer gBuffer(const Picture& picture, const Matrices& matrices) const {
+        runtime::GBuffer g;
+        g.depth = targets_.depth, g.normals = targets_.normals, g.albedo = targets_.albedo;
+        std::copy_n(glm::value_ptr(matrices.world_from_clip), 16, g.world_from_clip);
+        copy(g.camera, picture.camera.eye);
+        return g;
+    }
+
+    /// One half: skylight, the source's light on receivers, what the water takes and scatters, the water's surface.
+    Status light(const Picture& picture, const Matrices& matrices, Source source, int side, int width, int height) {
+        glBindFramebuffer(GL_FRAMEBUFFER, targets_.framebuffers[side]);
+        glDisable(GL_BLEND);
+        const glm::vec3 sun(stage_.light.direction[0], stage_.light.direction[1], stage_.light.direction[2]);
+        const glm::vec3 irradiance(stage_.light.irradiance[0], stage_.light.irradiance[1], stage_.light.irradiance[2]);
+        base_program_.use();
+        base_program_.texture("depth_texture", 0, targets_.depth);
+        base_program_.texture("normal_texture", 1, targets_.normals);
+        base_program_.texture("albedo_texture", 2, targets_.albedo);
+        base_program_.set("world_from_clip", matrices.world_from_clip);
+        base_program_.set("ambient", picture.ambient * stage_.reference * glm::vec3(0.85f, 0.95f, 1.0f));
+        base_program_.set("sun_direction", sun);
+        base_program_.set("sun_irradiance", stage_.has_sun ? irradiance : glm::vec3(0));
+        base_program_.texture("water_texture", 3, height_texture_);
+        base_program_.set("water_rect", glm::vec4(stage_.water.corner[0], stage_.water.corner[1],
+                                                  1 / stage_.water.size[0], 1 / stage_.water.size[1]));
+        fullScreen();
+
+        const runtime::GBuffer surfaces = gBuffer(picture, matrices);
+        const runtime::Target target{targets_.framebuffers[side], 0, 0, width, height};
+        if (const Status lit = receivers(picture, matrices, source, surfaces, target); !lit) return lit;
+        veil(picture, matrices, target);
+        if (const Status lit = media(picture, matrices, source, surfaces, target); !lit) return lit;
+        waterSurface(picture, matrices, side, sun);
+        return Done{};
+    }
+
+    Status receivers(const Picture& picture, const Matrices& matrices, Source source, const runtime::GBuffer& surfaces,
+                     const runtime::Target& target) {
+        if (source == Source::None || !has(source)) return Done{};
+        if (source == Source::BakedA || source == Source::BakedB) {
+            return receivers_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}});
+        }
+        if (const Status ready = prepareWater(picture, source); !ready) return ready;
+        if (source == Source::WarpedVolumes) {
+            runtime::WarpedVolumesOptions options;
+            options.bottom = stage_.min.z;
+            options.step = picture.warped_step;
+            return water_->drawWarpedVolumes(surfaces, glm::value_ptr(matrices.clip_from_world), target, options);
+        }
+        const auto kind =
+            source == Source::CausticMap ? runtime::LightSource::CausticMap : runtime::LightSource::Lookup;
+        return receivers_->drawLit(surfaces, target, {kind, {}, &*water_});
+    }
+
+    Status prepareWater(const Picture& picture, Source source) {
+        runtime::WaterLight light = stage_.light;
+        copy(light.extinction, picture.extinction);
+        if (picture.extinction != extinction_) {
+            if (const Status set = water_->setLight(light); !set) return set;
+            extinction_ = picture.extinction;
+            map_current_ = false;
+        }
+        runtime::LookupOptions lookup;
+        lookup.tightening = picture.tightening;
+        lookup.plane_distance = 0.08f * glm::length(stage_.max - stage_.min);
+        if (const Status set = water_->setLookup(lookup); !set) return set;
+        if (source != Source::CausticMap || map_current_) return Done{};
+        runtime::CausticMapOptions map;
+        map.bottom = stage_.min.z, map.top = stage_.water.level;
+        map.layers = 32, map.resolution = 768;
+        map_current_ = true;
+        return water_->updateCausticMap(map);
+    }
+
+    /// The box of water; its sides are where the baked box ends.
+    void veil(const Picture& picture, const Matrices& matrices, const runtime::Target& target) const {
+        if (stage_.heights.empty()) return;
+        glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_ZERO, GL_SRC_COLOR);
+        veil_program_.use();
+        veil_program_.texture("depth_texture", 0, targets_.depth);
+        veil_program_.set("world_from_clip", matrices.world_from_clip);
+        veil_program_.set("eye", picture.camera.eye);
+        veil_program_.set("low", stage_.min);
+        veil_program_.set("high", glm::vec3(stage_.max.x, stage_.max.y, stage_.water.level));
+        veil_program_.set("extinction", picture.extinction == glm::vec3(0) ? kCleanWater : picture.extinction);
+        fullScreen();
+        glDisable(GL_BLEND);
+    }
+
+    Status media(const Picture& picture, const Matrices&, Source source, const runtime::GBuffer& surfaces,
+                 const runtime::Target& target) {
+        if (picture.scattering == glm::vec3(0) || (source != Source::BakedA && source != Source::BakedB) ||
+            !has(source)) {
+            return Done{};
+        }
+        runtime::MediumOptions medium;
+        copy(medium.scattering, picture.scattering);
+        copy(medium.absorption, glm::max(glm::vec3(0), picture.extinction - picture.scattering));
+        medium.anisotropy = picture.anisotropy;
+        medium.steps = picture.steps;
+        medium.jitter = runtime::StepJitter::PerPixel;
+        medium.extinction = runtime::Extinction::Left;  // veil() has dimmed what is behind the water
+        if (!stage_.heights.empty()) copy(medium.surface, {0, 0, 1}), medium.surface[3] = stage_.water.level;
+        return media_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}}, medium);
+    }
+
+    void waterSurface(const Picture& picture, const Matrices& matrices, int side, const glm::vec3& sun) const {
+        if (!picture.surface || surface_.empty()) return;
+        glBindFramebuffer(GL_FRAMEBUFFER, targets_.surface_framebuffers[side]);
+        glEnable(GL_DEPTH_TEST);
+        glDepthMask(GL_FALSE);
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+        surface_program_.use();
+        surface_program_.set("clip_from_world", matrices.clip_from_world);
+        surface_program_.set("place", glm::vec4(0, 0, 0, 1));
+        surface_program_.set("eye", picture.camera.eye);
+        surface_program_.set("sun_direction", sun);
+        surface_program_.set("sky", 0.25f * stage_.reference / 3.14159265f);
+        surface_program_.set("low", stage_.min);
+        surface_program_.set("high", stage_.max);
+        surface_program_.set("ior", stage_.light.ior);
+        surface_.draw();
+        glDisable(GL_BLEND);
+        glDisable(GL_DEPTH_TEST);
+        glDepthMask(GL_TRUE);
+    }
+
+    runtime::GpuContext context_;
+    std::optional<runtime::ReceiverPass> receivers_;
+    std::optional<runtime::MediumPass> media_;
+    std::optional<runtime::LiveWater> water_;
+    std::array<std::optional<runtime::GpuVolume>, 2> volumes_;
+    Stage stage_;
+    Program stage_program_, base_program_, veil_program_, surface_program_, display_program_;
+    Mesh room_, surface_, ball_;
+    Targets targets_;
+    GLuint empty_array_ = 0, height_texture_ = 0;
+    glm::vec3 extinction_{-1};  ///< that the water has
+    bool has_water_ = false, map_current_ = false;
+};
+
+}  // namespace
+
+runtime::Result<std::unique_ptr<Renderer>> Renderer::create(const runtime::GlLoader& loader) {
+    auto context = runtime::GpuContext::create(loader);
+    if (!context) return context.error();
+    auto renderer = std::make_unique<GlRenderer>(std::move(*context));
+    if (const Status built = renderer->build(); !built) return built.error();
+    return std::unique_ptr<Renderer>(std::move(renderer));
+}
+
+}  // namespace photic::viewer

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/mat4x4.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "photic/gl_context.h"
+#include "photic/result.h"
+#include "photic/runtime.h"
+#include "runtime/viewer/stage.h"
+
+namespace photic::viewer {
+
+/// What lights one half of the picture.
+enum class Source { BakedA, BakedB, CausticMap, Lookup, WarpedVolumes, None };
+inline constexpr const char* kSourceNames[] = {"baked", "baked B", "caustic map", "look-up", "warped volumes", "none"};
+
+struct Camera {
+    glm::vec3 eye{3}, target{0};
+    float field_of_view_deg = 34;
+};
+
+struct Picture {
+    Camera camera;
+    Source left = Source::BakedA, right = Source::BakedA;
+    float split = 0;     ///< part of the width that shows `left`; 0 or 1: one picture
+    float exposure = 1;  ///< times what suits unfocused light
+    float ambient = 0.06f;
+    float tile_size = 0;  ///< [m]
+    glm::vec3 albedo{0.80f, 0.82f, 0.84f};
+    glm::vec3 ball_centre{0};
+    float ball_radius = 0;                   ///< [m]; 0: no ball
+    glm::vec3 scattering{0}, extinction{0};  ///< [1/m]
+    float anisotropy = 0;
+    int steps = 64;          ///< of the march through a medium
+    float tightening = 800;  ///< of the look-up
+    int warped_step = 3;
+    bool surface = true;  ///< show the water's surface
+    bool exact = false;   ///< eight-fetch sampling of baked volumes
+};
+
+/// Draws a stage, lit by what a Picture says, into framebuffers of any size. Belongs to one GL context.
+class Renderer {
+public:
+    static runtime::Result<std::unique_ptr<Renderer>> create(const runtime::GlLoader& loader);
+    virtual ~Renderer() = default;
+
+    /// Shows another stage. Also takes its water's heights and sun.
+    virtual runtime::Status setStage(const Stage& stage) = 0;
+    /// Volume A (0) or B (1).
+    virtual runtime::Status setVolume(int index, const runtime::Volume& volume) = 0;
+    /// Draws into the framebuffer's lower left corner.
+    virtual runtime::Status draw(const Picture& picture, unsigned framebuffer, int width, int height) = 0;
+    /// Whether a source has what it needs.
+    virtual bool has(Source source) const = 0;
+    virtual std::string device() const = 0;
+};
+
+}  // namespace photic::viewer

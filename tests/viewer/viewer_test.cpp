@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#include <stb/stb_image.h>
+#pragma GCC diagnostic pop
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/cli/program.h"
+
+namespace photic::test {
+namespace {
+
+/// Red, green and blue of a PNG, 0 to 1.
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<double> values;
+    double mean() const {
+        double sum = 0;
+        for (const double v : values) sum += v / static_cast<double>(values.size());
+        return sum;
+    }
+    double spread() const {
+        double sum = 0;
+        for (const double v : values) sum += (v - mean()) * (v - mean()) / static_cast<double>(values.size());
+        return std::sqrt(sum);
+    }
+};
+
+Picture readPicture(const std::filesystem::path& path) {
+    Picture out;
+    int channels = 0;
+    unsigned char* pixels = stbi_load(path.c_str(), &out.width, &out.height, &channels, 3);
+    if (!pixels) return out;
+    for (int i = 0; i < 3 * out.width * out.height; ++i) out.values.push_back(pixels[i] / 255.0);
+    stbi_image_free(pixels);
+    return out;
+}
+
+double meanDifference(const Picture& a, const Picture& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.values.size(); ++i) {
+        sum += std::fabs(a.values[i] - b.values[i]) / static_cast<double>(a.values.size());
+    }
+    return sum;
+}
+
+/// A small pool, baked once for all tests of this file; straight down on its floor.
+class Viewer : public testing::Test {
+protected:
+    static void SetUpTestSuite() {
+        place_ = std::make_unique<Workplace>();
+        PoolText pool;
+        pool.voxel_size = 2.0 / 64;
+        place_->write("pool.toml", pool.text());
+        ASSERT_EQ(photic(*place_, {"bake", "pool.toml", "-o", "pool.vdb"}).code, 0);
+    }
+    static void TearDownTestSuite() { place_.reset(); }
+
+    /// What `photic view` draws with these arguments, or skips where there is no GL.
+    Picture shot(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "view");
+        for (const char* a : {"--screenshot", "shot.png", "--size", "160x120", "--supersample", "1"})
+            arguments.push_back(a);
+        const Outcome outcome = photic(*place_, arguments);
+        if (outcome.err.find("no EGL display") != std::string::npos) return {};
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        const Picture picture = readPicture(*place_ / "shot.png");
+        EXPECT_EQ(picture.width, 160);
+        EXPECT_EQ(picture.height, 120);
+        return picture;
+    }
+
+    static inline std::unique_ptr<Workplace> place_;
+};
+
+const std::vector<std::string> kDown = {"--eye=0,-0.01,3", "--target=0,0,-1", "--fov", "34", "--no-surface"};
+
+std::vector<std::string> with(std::vector<std::string> a, const std::vector<std::string>& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+TEST_F(Viewer, DrawsWithoutAScreen) {
+    const Picture picture = shot({"pool.toml", "pool.vdb"});
+    if (picture.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    EXPECT_GT(picture.mean(), 0.1);
+    EXPECT_GT(picture.spread(), 0.08);
+}
+
+TEST_F(Viewer, LiveLightLooksLikeTheBake) {
+    const Picture baked = shot(with({"pool.toml", "pool.vdb"}, kDown));
+    if (baked.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const Picture dark = shot(with({"pool.toml", "pool.vdb", "--right", "none"}, kDown));
+    const double scale = meanDifference(baked, dark);
+    EXPECT_GT(scale, 0.1);
+    for (const char* source : {"caustic-map", "warped-volumes"}) {
+        const Picture live = shot(with({"pool.toml", "--right", source}, kDown));
+        EXPECT_LT(meanDifference(live, baked), 0.06 * scale) << source;
+    }
+    const Picture looked_up = shot(with({"pool.toml", "--right", "look-up"}, kDown));
+    EXPECT_GT(meanDifference(looked_up, baked), 0.06 * scale);
+}
+
+TEST_F(Viewer, SplitShowsBothHalves) {
+    const Picture right = shot(with({"pool.toml", "pool.vdb", "--right", "none"}, kDown));
+    if (right.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const Picture left = shot(with({"pool.toml", "pool.vdb"}, kDown));
+    const Picture both =
+        shot(with({"pool.toml", "pool.vdb", "--left", "baked", "--right", "none", "--split", "0.5"}, kDown));
+    for (int y = 0; y < both.height; ++y) {
+        for (int x = 0; x < both.width; ++x) {
+            if (std::abs(x - 80) < 3) continue;  // the line between them
+            const auto i = static_cast<std::size_t>(3 * (y * both.width + x));
+            ASSERT_EQ(both.values[i], (x < 80 ? left : right).values[i]) << x << " " << y;
+        }
+    }
+}
+
+TEST_F(Viewer, ShowsAVolumeWithoutItsScene) {
+    const Picture picture = shot({"pool.vdb"});
+    if (picture.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    EXPECT_GT(picture.spread(), 0.05);
+}
+
+TEST_F(Viewer, BallIsLit) {
+    const Picture without = shot(with({"pool.toml", "pool.vdb"}, kDown));
+    if (without.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const Picture with_ball = shot(with({"pool.toml", "pool.vdb", "--ball=0,0,-0.6,0.3"}, kDown));
+    const auto middle = static_cast<std::size_t>(3 * (60 * 160 + 80));
+    EXPECT_GT(with_ball.values[middle], 0.3);
+    EXPECT_GT(meanDifference(without, with_ball), 0.005);
+}
+
+TEST_F(Viewer, MistakesAreNamed) {
+    const auto expect = [&](std::vector<std::string> arguments, int code, const char* part) {
+        arguments.insert(arguments.begin(), "view");
+        const Outcome outcome = photic(*place_, arguments);
+        EXPECT_EQ(outcome.code, code) << outcome.err;
+        EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    };
+    expect({}, 2, "FILES");
+    expect({"pool.exr", "--screenshot", "x.png"}, 2, "pool.exr");
+    expect({"pool.toml", "--size", "7"}, 2, "--size");
+    expect({"pool.toml", "--eye", "1,2"}, 2, "--eye");
+    expect({"pool.toml", "--right", "magic"}, 2, "--right");
+    expect({"missing.vdb", "--screenshot", "x.png"}, 3, "missing.vdb");
+    expect({"missing.toml", "--screenshot", "x.png"}, 3, "missing.toml");
+    expect({"pool.vdb", "--right", "look-up", "--screenshot", "x.png"}, 2, "scene");
+    expect({"pool.toml", "--right", "baked", "--screenshot", "x.png"}, 2, "volume");
+    place_->write("broken.nvdb", "NanoVDB0 and then nothing");
+    expect({"broken.nvdb", "--screenshot", "x.png"}, 3, "broken.nvdb");
+    EXPECT_FALSE(place_->has("x.png"));
+}
+
+}  // namespace
+}  // namespace photic::test
