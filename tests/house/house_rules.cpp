@@ -77,7 +77,7 @@ const Arrows& arrows() {
         {"threads", {}},
         {"format", {}},
         {"headless", {"runtime"}},  // a GL context without a screen
-        {"viewer", {"runtime", "runtime_vdb", "headless", "headless_gl", "picture", "scene", "field", "image"}},
+        {"viewer", {"runtime", "vdb", "headless", "picture", "scene", "field", "image"}},
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},  // what a game links: nothing of the baker
         {"optics", {}},
@@ -141,7 +141,9 @@ std::vector<Breach> linksAgainstArrows(const fs::path& root) {
             for (std::string word; words >> word;) uses.insert(word);
         }
         for (std::sregex_iterator it(text.begin(), text.end(), linked), end; it != end; ++it) {
-            const std::string room = (*it)[1].str();
+            std::string room = (*it)[1].str();
+            if (room == "runtime_vdb") room = "vdb";
+            if (room == "headless_gl") room = "headless";
             if (!not_rooms.count(room)) uses.insert(room);
         }
         for (const auto& to : uses) {
