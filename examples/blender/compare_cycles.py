@@ -33,6 +33,7 @@ def build(folder, view):
     settings = scene.photic
     settings.folder, settings.resolution, settings.where = str(folder), VOXELS, "RECEIVERS"
     settings.preview_after_bake = False
+    water.photic.surface = "MESH"       # what Cycles renders, facets and all: a height field is smoother than that
     render = scene.render
     render.engine = "CYCLES"
     render.resolution_x = render.resolution_y = SIZE

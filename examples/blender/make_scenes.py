@@ -3,7 +3,8 @@
 
     blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring]... [--bake]
 
-Writes FOLDER/NAME.blend; with --bake also bakes it, saves it with its preview, and renders FOLDER/NAME.png.
+Writes FOLDER/NAME.blend; with --bake also bakes it, saves it with its preview, and renders FOLDER/NAME.png
+by Cycles and FOLDER/NAME_eevee.png.
 The add-on must be installed; $PHOTIC_PROGRAM or the search path must lead to the baker.
 """
 import math
@@ -108,9 +109,12 @@ def ring():
     scenes.camera((-0.9, -1.5, 1.25), (0.0, 0.0, 0.05), 42.0)
 
 
-def render(path):
+def render(path, engine="CYCLES"):
     scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
+    scene.render.engine = engine
+    scene.eevee.taa_render_samples = SAMPLES
+    scene.eevee.volumetric_samples, scene.eevee.volumetric_tile_size = 128, "4"
+    scene.eevee.volumetric_end = 30.0
     scene.cycles.samples, scene.cycles.use_denoising = SAMPLES, False
     scene.cycles.max_bounces, scene.cycles.diffuse_bounces = 6, 1
     scene.render.resolution_x, scene.render.resolution_y = 720, 450
@@ -132,6 +136,7 @@ def main(folder, *words):
             bpy.ops.photic.bake()
             bpy.ops.wm.save_as_mainfile(filepath=blend)
             render(folder / f"{name}.png")
+            render(folder / f"{name}_eevee.png", "BLENDER_EEVEE")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,8 @@ from ..operators import job
 from ..properties import method_options
 from ..properties.things import ROLES
 
-CHARACTERS_A_LINE = 36
+CHARACTERS_A_LINE = 30      # of the sidebar as it opens
+CHARACTERS_AN_ICON = 4
 ROLE_NAMES = {identifier: name for identifier, name, _ in ROLES}
 ROLE_ICONS = {roles.REFRACTOR: "MOD_OCEAN", roles.MIRROR: "SHADING_RENDERED", roles.RECEIVER: "MESH_PLANE",
               roles.MOVABLE: "EMPTY_ARROWS", roles.BLOCKER: "MESH_CUBE", roles.IGNORE: "X"}
@@ -19,7 +20,8 @@ ROWS_SHOWN = 24
 
 
 def paragraph(layout, text, icon="NONE"):
-    for line_number, line in enumerate(row for part in text.split("\n") for row in textwrap.wrap(part, CHARACTERS_A_LINE)):
+    width = CHARACTERS_A_LINE - (CHARACTERS_AN_ICON if icon != "NONE" else 0)
+    for line_number, line in enumerate(row for part in text.split("\n") for row in textwrap.wrap(part, width)):
         layout.label(text=line, icon=icon if line_number == 0 else "BLANK1" if icon != "NONE" else "NONE")
 
 
