@@ -5,7 +5,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "bake/optics/snell.h"
 #include "bake/scene/vector_clones.h"
 
 namespace photic {
@@ -28,25 +27,37 @@ void shade(const Coming& coming, const ShadeRow& row, int count, const double* _
            float* __restrict wz) {
     const Coming c = coming;
     const ShadeRow r = row;
+    // Places are subtracted in double precision; what follows is right to 1e-6 in single, which is what is stored.
+    const auto n1 = static_cast<float>(c.above), n2 = static_cast<float>(c.below);
+    const auto half_step = static_cast<float>(0.5 * r.step), reference = static_cast<float>(c.squared);
     for (int i = 0; i < count; ++i) {
-        const double over = 1 / distance[i];
-        const double x = (r.x0 + i * r.step - foot_x[i]) * over, y = (r.y - foot_y[i]) * over,
-                     z = (r.z - foot_z[i]) * over;
-        double dx = c.direction.x, dy = c.direction.y, dz = c.direction.z, part = 1;
+        const float over = 1.0f / static_cast<float>(distance[i]);
+        const float x = static_cast<float>(r.x0 + i * r.step - foot_x[i]) * over,
+                    y = static_cast<float>(r.y - foot_y[i]) * over, z = static_cast<float>(r.z - foot_z[i]) * over;
+        auto dx = static_cast<float>(c.direction.x), dy = static_cast<float>(c.direction.y),
+             dz = static_cast<float>(c.direction.z);
+        float part = 1;
         if (c.point) {
-            dx = foot_x[i] - c.source.x, dy = foot_y[i] - c.source.y, dz = foot_z[i] - c.source.z;
-            const double squared = dx * dx + dy * dy + dz * dz, inverse = 1 / std::sqrt(squared);
-            dx *= inverse, dy *= inverse, dz *= inverse, part = c.squared / squared;
+            dx = static_cast<float>(foot_x[i] - c.source.x), dy = static_cast<float>(foot_y[i] - c.source.y);
+            dz = static_cast<float>(foot_z[i] - c.source.z);
+            const float squared = dx * dx + dy * dy + dz * dz, inverse = 1.0f / std::sqrt(squared);
+            dx *= inverse, dy *= inverse, dz *= inverse, part = reference / squared;
         }
-        const double inverse = 1 / std::sqrt(1 + slope_x[i] * slope_x[i] + slope_y[i] * slope_y[i]);
-        const double cos_i = (dx * slope_x[i] + dy * slope_y[i] - dz) * inverse;
-        const double cos_t = (x * slope_x[i] + y * slope_y[i] - z) * inverse;
-        const double enters = c.infinite ? cos_i : fresnelTransmittance(cos_i, cos_t, c.above, c.below) * cos_i / cos_t;
-        const double least = 0.5 * r.step * over, bound = least < 0.2 ? least : 0.2;
-        const double value = part * enters / (spread[i] > bound ? spread[i] : bound);
-        const double lit = cos_i > 0 && cos_t > 0 ? value : 0.0;
-        share[i] = arrival[i] < FootPointLayer::kAboveSurface ? static_cast<float>(r.lit ? lit : 1.0) : -1.0f;
-        wx[i] = static_cast<float>(x), wy[i] = static_cast<float>(y), wz[i] = static_cast<float>(z);
+        const auto hx = static_cast<float>(slope_x[i]), hy = static_cast<float>(slope_y[i]);
+        const float inverse = 1.0f / std::sqrt(1 + hx * hx + hy * hy);
+        const float cos_i = (dx * hx + dy * hy - dz) * inverse, cos_t = (x * hx + y * hy - z) * inverse;
+        // Fresnel's transmittance (bake/optics/snell.h), its two divisions as one.
+        const float ii = n1 * cos_i, tt = n2 * cos_t, it = n2 * cos_i, ti = n1 * cos_t;
+        const float s_sum = ii + tt, p_sum = it + ti, both = 1.0f / (s_sum * p_sum);
+        const float r_s = (ii - tt) * p_sum * both, r_p = (it - ti) * s_sum * both;
+        const float least = half_step * over, bound = least < 0.2f ? least : 0.2f;
+        const auto spreads = static_cast<float>(spread[i]);
+        const float spread_here = spreads > bound ? spreads : bound;
+        const float enters =
+            c.infinite ? cos_i / spread_here : (1 - 0.5f * (r_s * r_s + r_p * r_p)) * cos_i / (cos_t * spread_here);
+        const float lit = cos_i > 0 && cos_t > 0 ? part * enters : 0.0f;
+        share[i] = arrival[i] < FootPointLayer::kAboveSurface ? (r.lit ? lit : 1.0f) : -1.0f;
+        wx[i] = x, wy[i] = y, wz[i] = z;
     }
 }
 

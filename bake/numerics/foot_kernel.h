@@ -14,9 +14,8 @@ struct FootRow {
 };
 
 struct FootKernels {
-    /// Guesses feet in `here` from the layer above it and the feet of the layer above that.
-    void (*guess)(const FrontOnSurface&, const FootRow&, const FootPointLayer& above, const double* older_x,
-                  const double* older_y, FootPointLayer& here);
+    /// Guesses feet in `here` from the layer above it and the feet of the layer above that, which `here` still holds.
+    void (*guess)(const FrontOnSurface&, const FootRow&, const FootPointLayer& above, FootPointLayer& here);
     /// Newton's method from the guesses in foot_x, foot_y; fills the row.
     void (*solve)(const FrontOnSurface&, const FootRow&, FootPointLayer& here);
     /// Whether a neighbour in the layer knows a better foot for any point of the row.

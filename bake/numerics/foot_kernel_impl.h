@@ -130,8 +130,7 @@ inline Lanes arrivalBy(const FootPointLayer& layer, std::size_t at, const Lanes&
     return load(&layer.foot_arrival[at]) + slowness * squareRoot(dx * dx + dy * dy + dz * dz);
 }
 
-void guessFootRow(const FrontOnSurface& front, const FootRow& row, const FootPointLayer& above, const double* older_x,
-                  const double* older_y, FootPointLayer& here) {
+void guessFootRow(const FrontOnSurface& front, const FootRow& row, const FootPointLayer& above, FootPointLayer& here) {
     const std::size_t pitch = above.pitch;
     for (int first = 0; first < row.count; first += kLanes) {
         const std::size_t at = row.first + static_cast<std::size_t>(first);
@@ -144,7 +143,7 @@ void guessFootRow(const FrontOnSurface& front, const FootRow& row, const FootPoi
             best = better ? t : best, u = better ? load(&above.foot_x[n]) : u, v = better ? load(&above.foot_y[n]) : v;
         }
         // On the same sheet of rays the foot goes on as it did from the layer before.
-        const Lanes on_x = own_x - load(older_x + at), on_y = own_y - load(older_y + at);
+        const Lanes on_x = own_x - load(&here.foot_x[at]), on_y = own_y - load(&here.foot_y[at]);
         const LaneMask same = (magnitude(u - own_x) < row.apart) & (magnitude(v - own_y) < row.apart);
         const LaneMask steady = (magnitude(on_x) < row.apart) & (magnitude(on_y) < row.apart);
         u = same ? own_x + (steady ? on_x : splat(0)) : u, v = same ? own_y + (steady ? on_y : splat(0)) : v;

@@ -28,9 +28,7 @@ public:
           nx_(static_cast<std::size_t>(points.count_x)),
           ny_(static_cast<std::size_t>(points.count_y)),
           above_(points.count_x, points.count_y),
-          here_(points.count_x, points.count_y),
-          older_x_(above_.foot_x),
-          older_y_(above_.foot_y) {
+          here_(points.count_x, points.count_y) {
         const double* c = front.surface->coefficients();
         const auto [low, high] =
             std::minmax_element(c, c + std::ptrdiff_t(front.surface->countX()) * front.surface->countY());
@@ -44,16 +42,16 @@ public:
                 if (!visit(k, here_)) return;
                 continue;
             }
+            // What is overwritten holds the feet of the layer above the one above, which the guess looks back at.
             std::swap(above_, here_);
             rows([&](std::size_t j) {
                 const FootRow row = rowOf(j);
-                kernels_.guess(front_, row, above_, older_x_.data(), older_y_.data(), here_);
+                kernels_.guess(front_, row, above_, here_);
                 kernels_.solve(front_, row, here_);
                 closeRow(j);
             });
             repair();
             if (!visit(k, here_)) return;
-            older_x_ = above_.foot_x, older_y_ = above_.foot_y;
         }
     }
 
@@ -139,7 +137,6 @@ private:
     const PointLayers& points_;
     std::size_t nx_, ny_;
     FootPointLayer above_, here_;
-    std::vector<double> older_x_, older_y_;  // feet of the layer above the one above
     glm::dvec3 corner_{0};
     double lowest_ = 0, highest_ = 0;  // the surface lies between
     const FootKernels kernels_ = footKernels();
