@@ -72,6 +72,8 @@ void describe(const EikonalFields& fields, const EikonalOptions& options, const 
     // Power is not followed: first arrivals leave out what comes later.
     meta["ledger"] = "";
     meta["arrivals"] = "first";
+    meta["solver_bytes_a_voxel"] = fmt::format(
+        "{:.2f}", fields.solver_bytes / double(std::max<std::int64_t>(1, result.field.needed().count())));
     meta["caustic_kind"] =
         options.preset == EikonalPreset::Mercier
             ? "curvature of the front [1/m], positive where light converges, dissipated below the threshold"

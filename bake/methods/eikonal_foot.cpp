@@ -36,6 +36,8 @@ public:
         if (caustics) past_.resize(slab);
     }
 
+    int floatsAVoxel() const { return 4 + !curvature_.empty() + !arrival_.empty() + !distance_.empty(); }
+
     /// Layers come from above, each z once.
     void add(int z, const glm::dvec3& corner, const FootPointLayer& layer) {
         const double step_x = frame_.world_from_index[0].x, step_y = frame_.world_from_index[1].y;
@@ -208,7 +210,9 @@ void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const Caust
         if (z <= highest) writer.add(z, points.origin + static_cast<double>(k) * points.step_z, layer);
         return true;
     });
-    fields.marked_bytes_a_voxel = 24.0 * 8 / points.count_z;
+    // Two layers of ten values, and the eight layers that are being written.
+    const double column = 2 * 10 * sizeof(double) + 8.0 * (writer.floatsAVoxel() * sizeof(float) + 1);
+    fields.solver_bytes = column * points.count_x * points.count_y;
 }
 
 }  // namespace photic

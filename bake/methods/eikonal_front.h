@@ -77,7 +77,7 @@ struct EikonalFields {
     std::optional<LightField> caustic;   ///< curvature [1/m]
     std::optional<LightField> arrival;   ///< [m]
     std::int64_t single = 0, below = 0;  ///< needed voxels with one arrival, and below the surface
-    double marked_bytes_a_voxel = 0;     ///< memory of the solver
+    double solver_bytes = 0;             ///< memory of the solver, beside the fields
 };
 
 /// Fills the fields by foot points, layer by layer from above; stops below the last needed voxel.

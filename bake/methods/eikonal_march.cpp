@@ -191,7 +191,7 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     if (!marched.converged) report.warnings.emplace_back("marching met its limit of rounds: some arrivals are rough");
     if (marched.stopped_early)
         report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
-    fields.marked_bytes_a_voxel = double(g.bytes()) / double(std::max<std::int64_t>(1, needed.count()));
+    fields.solver_bytes = double(g.bytes()) + double(shares.size() * sizeof(float));
 
     if (!shares.empty()) carryDensity(g, first, density, shares, monitor);
     const glm::dvec3 sun = front.light().irradiance, extinction = scene.medium.extinction();

@@ -432,13 +432,20 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     double deposited = 0;
     for (int c = 0; c < channels.irradiance; ++c)
         deposited += field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
-    report.path.deposited = deposited;
-    // Rays are followed through the whole box only.
-    if (!needed->isEverything() || options.accumulate == WaveAccumulate::Amplitude) report.path.expected = deposited;
+    // The path ledger is a law of rays: waves diffract through the box's sides and through its surface. What they carry
+    // over what rays would is said beside it; rays are followed through the whole box only.
+    std::map<std::string, std::string> metadata;
+    if (needed->isEverything() && options.accumulate == WaveAccumulate::Energy && report.path.expected > 0) {
+        last.path_over_rays = deposited / report.path.expected;
+        metadata["path_over_rays"] = fmt::format("{:.6f}", last.path_over_rays);
+    }
+    report.path.deposited = report.path.expected = deposited;
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticGrid(field, flat);
     if (run) *run = last;
-    return {std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+    BakeResult result{std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+    result.metadata = std::move(metadata);
+    return result;
 }
 
 Method waveMethod() {

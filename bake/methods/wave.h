@@ -39,6 +39,8 @@ struct WaveRun {
     double wavelength = 0;  ///< [m]
     double dt = 0;          ///< [m]
     double points = 0;      ///< cells a wavelength
+    /// Sum of irradiance times volume over what rays through the box give; 0 where they were not followed.
+    double path_over_rays = 0;
 };
 
 /// The method with its options as a struct; the catalogue's row calls it. Sums over lights; one wave each, and one for

@@ -133,7 +133,8 @@ private:
         parallelFor(static_cast<std::int64_t>((blocks.size() + kTask - 1) / kTask), [&](std::int64_t task) {
             LocalBlock local;
             local.uniform_cost = problem_.slowness * problem_.spacing;
-            local.varies = !problem_.slownesses.empty();
+            local.varies = !problem_.slownesses.empty(), local.factored = problem_.source != nullptr;
+            local.slack = local.factored ? problem_.spacing * slowness_ : 0;
             std::fill_n(local.cost, 8, local.uniform_cost);
             std::int64_t sum = 0;
             const std::size_t end = std::min(blocks.size(), (static_cast<std::size_t>(task) + 1) * kTask);
@@ -156,6 +157,7 @@ private:
         local.tolerance = options_.tolerance * problem_.spacing * slowness_;
         local.settled = std::sqrt(options_.tolerance) * 0.1 * problem_.spacing * slowness_;
         load(slot, local);
+        if (problem_.source) missesOf(slot, local);
         solve_block_(local);
         store(slot, local);
         double least = kNever;
@@ -212,6 +214,28 @@ private:
                 local.cost[i] =
                     problem_.spacing *
                     static_cast<double>(problem_.slownesses[static_cast<std::size_t>(slot) * BlockGrid::kCells + i]);
+    }
+
+    /// What differences of the source's arrival T0 miss. One-sided differences of u = T - T0 plus T0's own derivative
+    /// are those of T with their neighbours' value moved by T0 - value(T0) -+ (1 or 2/3) h dT0.
+    void missesOf(int slot, LocalBlock& local) const {
+        const PointSource& source = *problem_.source;
+        const double h = problem_.spacing;
+        const glm::dvec3 origin = h * glm::dvec3(grid_.origin(slot)) - source.place;
+        for (int c = 0; c < BlockGrid::kCells; ++c) {
+            const glm::dvec3 d = origin + h * glm::dvec3(c & 7, c >> 3 & 7, c >> 6);
+            const double here = source.arrival(d);
+            const glm::dvec3 slope = here > 0 ? source.slope(d) : glm::dvec3(0);
+            for (int axis = 0; axis < 3; ++axis)
+                for (int side = 0; side < 2; ++side) {
+                    glm::dvec3 step(0);
+                    step[axis] = side == 0 ? -h : h;
+                    const double near = source.arrival(d + step), far = source.arrival(d + 2.0 * step);
+                    const double along = step[axis] * slope[axis];  // -h dT0 towards lower cells
+                    local.misses[axis][side][0][c] = here - near + along;
+                    local.misses[axis][side][1][c] = here - (4 * near - far) / 3 + 2.0 / 3 * along;
+                }
+        }
     }
 
     void store(int slot, const LocalBlock& local) {

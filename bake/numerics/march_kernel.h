@@ -19,11 +19,15 @@ struct LocalBlock {
     alignas(64) double t[kRows * kRows * kPitch + kHalo];
     alignas(64) double cost[BlockGrid::kCells];  // n h
     double uniform_cost = 0;                     // where cost is not filled
-    bool varies = false, second_order = true;
+    // With a point source: what the differences of its arrival miss, by axis, towards lower and higher cells, in first
+    // and second order.
+    alignas(64) double misses[3][2][2][BlockGrid::kCells];
+    bool varies = false, second_order = true, factored = false;
     double tolerance = 0;
     const std::uint8_t* fixed = nullptr;
     double key[64];                 // row z << 3 | y is due once the front has come here
     double limit = 0;               // how far the front may come now
+    double slack = 0;               // how much earlier a cell may be than one that it depends on
     double settled = 0;             // moves below this leave the row right to the tolerance
     std::uint64_t dirty = 0;        // rows that are due within the limit
     std::uint64_t leaving[6] = {};  // rows of the neighbours that become due

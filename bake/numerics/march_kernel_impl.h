@@ -19,13 +19,25 @@ struct Upwind {
     Lanes near, value, weight;
 };
 
-inline void upwind(const double* c, int step, bool second_order, Upwind& out) {
+/// @param misses  of the axis; `lane` is the first one's place in it. Null: nothing is added
+template <bool kFactored>
+inline void upwind(const double* c, int step, bool second_order, const double (*misses)[2][BlockGrid::kCells], int lane,
+                   Upwind& out) {
     const Lanes m1 = load(c - step), m2 = load(c - 2 * step), p1 = load(c + step), p2 = load(c + 2 * step);
     const LaneMask low = m1 <= p1;
     out.near = low ? m1 : p1;
     const Lanes far = low ? m2 : p2, one = Lanes{} + 1.0;
     const LaneMask second = (far <= out.near) & (out.near < kUnreached) & (LaneMask{} - std::int64_t{second_order});
     out.value = second ? (4 * out.near - far) * (1.0 / 3) : out.near;
+    if constexpr (kFactored) {
+        const Lanes first_low = load(misses[0][0] + lane), first_high = load(misses[1][0] + lane);
+        const Lanes second_low = load(misses[0][1] + lane), second_high = load(misses[1][1] + lane);
+        const Lanes first = low ? first_low : first_high, twice = low ? second_low : second_high;
+        out.value += second ? twice : first;
+        // Upwind is where the slope is positive, the source's own part of it included: beside the planes through the
+        // source a neighbour may be a little later and still be upwind.
+        out.near = out.value;
+    }
     out.weight = second ? one * 2.25 : one;
 }
 
@@ -73,11 +85,16 @@ struct RowUpdate {
 };
 
 /// For the cells from `first` on that fit a register.
-inline void upwindLanes(const double* __restrict row, const double* __restrict row_cost, bool second_order, int first,
-                        RowUpdate& __restrict out) {
+template <bool kFactored>
+inline void upwindLanes(const LocalBlock& b, const double* __restrict row, const double* __restrict row_cost, int bit,
+                        int first, RowUpdate& __restrict out) {
     const double *t = row + first, *cost = row_cost + first;
+    const int lane = bit * BlockGrid::kSide + first;
+    const bool second_order = b.second_order;
     Upwind x, y, z;
-    upwind(t, 1, second_order, x), upwind(t, kPitch, second_order, y), upwind(t, kRows * kPitch, second_order, z);
+    upwind<kFactored>(t, 1, second_order, b.misses[0], lane, x);
+    upwind<kFactored>(t, kPitch, second_order, b.misses[1], lane, y);
+    upwind<kFactored>(t, kRows * kPitch, second_order, b.misses[2], lane, z);
     const Lanes s = load(cost), old = load(t), below = load(t - 1), above = load(t + 1);
     Lanes value, slope;
     const Upwind along = x;
@@ -115,8 +132,9 @@ struct RowChange {
 };
 
 /// Stores a row with its corrections; per lane, the earlier of old and new value where it changed.
+/// @param slack  how much earlier than a neighbour a cell may be that depends on it
 RowChange replaceRow(double* __restrict t, const RowUpdate& __restrict row, double tolerance, double settled,
-                     double* __restrict earliest) {
+                     double slack, double* __restrict earliest) {
     RowChange out;
     Lanes least_of_all = splat(2 * kUnreached);
     for (int l = 0; l < BlockGrid::kSide; l += kLanes) {
@@ -127,7 +145,7 @@ RowChange replaceRow(double* __restrict t, const RowUpdate& __restrict row, doub
         const Lanes old = load(t + l), change = magnitude(fresh - old);
         const LaneMask moved = change > tolerance;
         const Lanes first = moved ? least(fresh, old) : splat(2 * kUnreached);
-        store(earliest + l, first), store(t + l, fresh);
+        store(earliest + l, first - slack), store(t + l, fresh);
         least_of_all = least(least_of_all, first);
         out.moved |= bitsOf(moved) << l, out.unsettled |= bitsOf(change > settled) << l;
     }
@@ -166,7 +184,8 @@ void advanceRow(LocalBlock& b, int bit) {
     double* t = b.t + LocalBlock::row(y, z);
     const double* cost = b.cost + (b.varies ? bit * 8 : 0);
     RowUpdate row;
-    for (int l = 0; l < BlockGrid::kSide; l += kLanes) upwindLanes(t, cost, b.second_order, l, row);
+    for (int l = 0; l < BlockGrid::kSide; l += kLanes)
+        b.factored ? upwindLanes<true>(b, t, cost, bit, l, row) : upwindLanes<false>(b, t, cost, bit, l, row);
     if (const std::uint8_t fixed = b.fixed[bit]; fixed != 0)
         for (int l = 0; l < BlockGrid::kSide; ++l)
             if (fixed >> l & 1) {
@@ -175,7 +194,7 @@ void advanceRow(LocalBlock& b, int bit) {
             }
     solveAlongRow(row);
     alignas(64) double earliest[8];
-    const RowChange change = replaceRow(t, row, b.tolerance, b.settled, earliest);
+    const RowChange change = replaceRow(t, row, b.tolerance, b.settled, b.slack, earliest);
     if (change.moved == 0) return;
     b.changed |= std::uint64_t{1} << bit;
     const double least = change.least;

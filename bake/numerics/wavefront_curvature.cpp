@@ -45,6 +45,14 @@ public:
         }
     }
     const double* at(int x, int y, int z) const { return &values_[index(x, y, z)]; }
+    /// Leaves out the source's arrival where there is one.
+    void subtract(const PointSource& source, const glm::dvec3& origin, double h) {
+        for (int z = -kHalo; z < 8 + kHalo; ++z)
+            for (int y = -kHalo; y < 8 + kHalo; ++y)
+                for (int x = -kHalo; x < 8 + kHalo; ++x)
+                    if (double& t = values_[index(x, y, z)]; t < kUnreached)
+                        t -= source.arrival(origin + h * glm::dvec3(x, y, z));
+    }
     static int step(int axis) { return axis == 0 ? 1 : axis == 1 ? kSide : kSide * kSide; }
 
 private:
@@ -75,6 +83,9 @@ void wavefrontCurvature(const EikonalProblem& problem, std::span<const double> a
         thread_local Padded t, n;
         thread_local FrontBlock out;
         t.load(grid, slot, arrival, kUnreached);
+        const glm::dvec3 origin =
+            problem.source ? h * glm::dvec3(grid.origin(slot)) - problem.source->place : glm::dvec3(0);
+        if (problem.source) t.subtract(*problem.source, origin, h);
         const bool varies = !problem.slownesses.empty();
         // Outside of the grid the slowness goes on as it is: its gradient there is not known.
         if (varies) n.load(grid, slot, problem.slownesses, -1.0);
@@ -86,14 +97,19 @@ void wavefrontCurvature(const EikonalProblem& problem, std::span<const double> a
             if (!(*here < kUnreached)) continue;
             double lap = 0, squared = 0, across = 0;
             glm::dvec3 gradient(0);
+            if (problem.source) {
+                const glm::dvec3 d = origin + h * glm::dvec3(x, y, z);
+                if (d != glm::dvec3(0))
+                    lap = h * h * problem.source->laplacian(d), gradient = h * problem.source->slope(d);
+            }
             const double slowness = varies ? *n.at(x, y, z) : problem.slowness;
             for (int a = 0; a < 3; ++a) {
                 const Differences d = differences(here, Padded::step(a));
-                lap += d.second, gradient[a] = d.first, squared += d.first * d.first;
+                lap += d.second, gradient[a] += d.first, squared += gradient[a] * gradient[a];
                 if (!varies) continue;
                 const double *m = n.at(x, y, z), low = m[-Padded::step(a)], high = m[Padded::step(a)];
                 const double up = high > 0 ? high : slowness, down = low > 0 ? low : slowness;
-                across += d.first * (up - down) / ((high > 0) + (low > 0) > 1 ? 2.0 : 1.0);
+                across += gradient[a] * (up - down) / ((high > 0) + (low > 0) > 1 ? 2.0 : 1.0);
             }
             out.curvature[c] = (lap / slowness - across / (slowness * slowness)) / (h * h);
             const double length = std::sqrt(squared);

@@ -25,6 +25,8 @@ constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},      
                                  {"stages", stages},     {"writes", writes},      {"skipping", skipping},
                                  {"floor", floorErrors}, {"volume", volumeErrors},
                                  {"eikonal", eikonal},   {"waves", waves}};
+// Not run unless asked for.
+constexpr Section kLargeSections[] = {{"eikonal512", eikonalLarge}, {"waves512", wavesLarge}};
 
 std::string processor() {
     std::ifstream in("/proc/cpuinfo");
@@ -39,6 +41,8 @@ int usage() {
         "usage: photic_benchmark [--quick] [--only SECTION]... [--markdown FILE] [--csv FILE] [--svg FILE]\nsections:",
         stderr);
     for (const Section& s : kSections) fmt::print(stderr, " {}", s.name);
+    std::fputs("\nonly when asked for:", stderr);
+    for (const Section& s : kLargeSections) fmt::print(stderr, " {}", s.name);
     std::fputs("\n", stderr);
     return 2;
 }
@@ -81,7 +85,9 @@ int run(int argc, char** argv) {
     fmt::print("{}", text);
     Findings findings;
     bool ran = false;
-    for (const Section& s : kSections) {
+    std::vector<Section> sections(std::begin(kSections), std::end(kSections));
+    if (!only.empty()) sections.insert(sections.end(), std::begin(kLargeSections), std::end(kLargeSections));
+    for (const Section& s : sections) {
         if (!wanted(s.name)) continue;
         ran = true;
         const std::size_t first = findings.tables.size();

@@ -22,6 +22,8 @@ void threadScaling(const Effort& effort, Findings& findings);
 void stages(const Effort& effort, Findings& findings);
 void writes(const Effort& effort, Findings& findings);
 void skipping(const Effort& effort, Findings& findings);
+void eikonalLarge(const Effort& effort, Findings& findings);  ///< the same at 512^3, without peers
+void wavesLarge(const Effort& effort, Findings& findings);    ///< waves in the pool at 512^3
 void eikonal(const Effort& effort, Findings& findings);  ///< run time against error of fronts, peers beside
 void waves(const Effort& effort, Findings& findings);  ///< the wave method, beside its paper's table
 

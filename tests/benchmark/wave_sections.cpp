@@ -10,6 +10,7 @@
 #include "bake/methods/wave.h"
 #include "bake/scene/load_toml.h"
 #include "tests/benchmark/sections.h"
+#include "tests/support/diffracted_light.h"
 #include "tests/support/wave_light.h"
 
 namespace photic::benchmark {
@@ -59,11 +60,30 @@ struct Ripples {
             }
         return off / sum;
     }
+    /// Relative L1 between the wave equation's own solution and rays, below the surface.
+    double diffraction(double wavelength) const {
+        const truth::Profile profile = truth::cosineProfile(kAmplitude, 2 * std::numbers::pi / kWavelength);
+        const int layers = static_cast<int>((-0.0625 - kBottom) * cells + 0.5);
+        const auto waves =
+            truth::DiffractedLight(profile, kIor, 1, wavelength, -0.05).voxelMeans(cells, kBottom, 1.0 / cells, layers);
+        const truth::VoxelMeans rays = truth::WaveLight(profile, kIor, -1, 1, 1024)
+                                           .voxelMeans(-0.5, 1.0 / cells, cells, kBottom, 1.0 / cells, layers);
+        double off = 0, sum = 0;
+        for (std::size_t v = 0; v < waves.size(); ++v)
+            off += std::fabs(waves[v] - rays.fluence[v]), sum += rays.fluence[v];
+        return off / sum;
+    }
 };
 
 }  // namespace
 
-void waves(const Effort& effort, Findings& findings) {
+namespace {
+
+struct Row {
+    int n;
+    double paper;
+};
+void poolTable(const std::vector<Row>& rows, Findings& findings) {
     Table table{"Waves in the pool, all threads, beside Mercier's Table 1",
                 "Irradiance and direction, no write. The error is against beams on the same grid, whose rays do not "
                 "diffract; the "
@@ -71,12 +91,6 @@ void waves(const Effort& effort, Findings& findings) {
                 {"grid", "[s]", "paper [s]", "paper / ours", "wavelength [m]", "relative L1", "relative RMSE", "band",
                  "bytes a cell of it"},
                 {}};
-    struct Row {
-        int n;
-        double paper;
-    };
-    const std::vector<Row> rows =
-        effort.quick ? std::vector<Row>{{16, 0}} : std::vector<Row>{{64, 17}, {128, 21}, {256, 107}};
     for (const Row& row : rows) {
         const Case c = poolCase(poolBox(row.n), "beams", {});
         const Timed rays = once(c);
@@ -93,27 +107,40 @@ void waves(const Effort& effort, Findings& findings) {
                                static_cast<double>(k.peak_bytes) / static_cast<double>(k.peak_blocks * kWaveCells))});
     }
     findings.tables.push_back(table);
+}
 
+}  // namespace
+
+void wavesLarge(const Effort& effort, Findings& findings) { poolTable({{effort.quick ? 16 : 512, 0}}, findings); }
+
+void waves(const Effort& effort, Findings& findings) {
+    poolTable(effort.quick ? std::vector<Row>{{16, 0}} : std::vector<Row>{{64, 17}, {128, 21}, {256, 107}}, findings);
     Table ladder{"Waves under a sine wave, in the plane: error against the wavelength",
-                 "Voxel means against those of rays, exact; eight cells a voxel.",
-                 {"wavelength, of the box's width", "voxels", "cells a wavelength", "[s]", "relative L1", "slope"},
+                 "Voxel means against those of rays, exact; eight cells a voxel. Last: how far the wave equation's "
+                 "exact solution "
+                 "is from the rays below z = -0.0625, by its angular spectrum.",
+                 {"wavelength, of the box's width", "voxels", "cells a wavelength", "[s]", "relative L1", "slope",
+                  "the exact wave's", "slope"},
                  {}};
     for (const int cells : effort.quick ? std::vector<int>{16} : std::vector<int>{64, 128}) {
         const Ripples ripples{cells};
-        double before = 0, before_length = 0;
+        double before = 0, before_length = 0, exact_before = 0;
         for (const double wavelength :
              effort.quick ? std::vector<double>{0.071} : std::vector<double>{0.071, 0.036, 0.018, 0.011}) {
             if (wavelength * 8 * cells < 5.5) continue;
             WaveOptions options;
             options.cells = 8, options.wavelength = wavelength;
             const WaveTimed wave = bakeOnce(ripples.scene(), options);
-            const double error = ripples.error(wave.result.field);
-            ladder.add(
-                {fmt::format("{:.3f}", wavelength), std::to_string(cells), fmt::format("{:.1f}", wave.run.points),
-                 fmt::format("{:.2f}", wave.seconds), fmt::format("{:.3f}", error),
-                 before > 0 ? fmt::format("{:.2f}", std::log(before / error) / std::log(before_length / wavelength))
-                            : ""});
-            before = error, before_length = wavelength;
+            const double error = ripples.error(wave.result.field), exact = ripples.diffraction(wavelength);
+            const auto slope = [&](double from, double to) {
+                return from > 0 ? fmt::format("{:.2f}", std::log(from / to) / std::log(before_length / wavelength))
+                                : "";
+            };
+            ladder.add({fmt::format("{:.3f}", wavelength), std::to_string(cells),
+                        fmt::format("{:.1f}", wave.run.points), fmt::format("{:.2f}", wave.seconds),
+                        fmt::format("{:.3f}", error), slope(before, error), fmt::format("{:.3f}", exact),
+                        slope(exact_before, exact)});
+            before = error, exact_before = exact, before_length = wavelength;
         }
     }
     findings.tables.push_back(ladder);

@@ -52,7 +52,7 @@ TEST(Eikonal, WaveIsRightUpToTheCaustic) {
     for (const int n : {32, 64, 128}) {
         const double h = 1.0 / n, low = std::ceil(0.6 * focus * n) * h;
         const BakeResult r = bakeEikonal(waterScene(0, std::make_shared<CosineField>(a, k)), {-0.5, -4 * h, low},
-                                  {n, 8, static_cast<int>(std::lround(-low * n)) - n / 8}, h);
+                                         {n, 8, static_cast<int>(std::lround(-low * n)) - n / 8}, h);
         EXPECT_EQ(r.metadata.at("single_arrival_fraction"), "1.0000");
         EXPECT_NEAR(std::stod(r.metadata.at("first_caustic_z")), focus, 4e-3);
         const GridFrame& f = r.field.frame();
@@ -80,7 +80,8 @@ TEST(Eikonal, MarchingTendsToTheFootPoints) {
         const Scene scene = waterScene(0.4, std::make_shared<CosineField>(0.03, 6));
         const glm::ivec3 size(n, n / 4, n / 2);
         const glm::dvec3 low(-0.5, -0.125, -0.6);
-        const BakeResult feet = bakeEikonal(scene, low, size, 1.0 / n), marched = bakeEikonal(scene, low, size, 1.0 / n, kMarching);
+        const BakeResult feet = bakeEikonal(scene, low, size, 1.0 / n),
+                         marched = bakeEikonal(scene, low, size, 1.0 / n, kMarching);
         double off_caustic = 0, sum_caustic = 0, off_light = 0, sum_light = 0;
         forLit(feet, [&](const glm::ivec3& v) {
             off_caustic += std::fabs(double(marched.caustic->value(v, 0) - feet.caustic->value(v, 0)));
@@ -124,8 +125,8 @@ TEST(Eikonal, MercierPreset) {
         double maxZ() const override { return 0.4; }
         double featureSize() const override { return std::numeric_limits<double>::infinity(); }
     };
-    const BakeResult r = bakeEikonal(waterScene(0, std::make_shared<Tilted>()), {-0.5, -0.5, -1}, {48, 48, 54}, 1.0 / 48,
-                              options({{"preset", std::string("mercier")}, {"threshold", 1.0}}));
+    const BakeResult r = bakeEikonal(waterScene(0, std::make_shared<Tilted>()), {-0.5, -0.5, -1}, {48, 48, 54},
+                                     1.0 / 48, options({{"preset", std::string("mercier")}, {"threshold", 1.0}}));
     const glm::dvec3 normal = glm::normalize(glm::dvec3(-0.2, 0, 1));
     double worst = 0, turned = 0;
     std::int64_t count = 0;
@@ -143,11 +144,78 @@ TEST(Eikonal, ThreadsChangeNothing) {
     const auto baked = [&](int threads, const GivenOptions& given) {
         setThreadCount(threads);
         const BakeResult r = bakeEikonal(waterScene(0.3, std::make_shared<CosineField>(0.03, 8)), {-0.5, -0.25, -1},
-                                  {40, 20, 40}, 1.0 / 40, given);
+                                         {40, 20, 40}, 1.0 / 40, given);
         setThreadCount(0);
         return std::tuple{r.field.sum(0), r.caustic->sum(0), r.arrival_time->sum(0), r.field.value({7, 9, 5}, 3)};
     };
     for (const GivenOptions& given : {GivenOptions{}, kMarching}) EXPECT_EQ(baked(1, given), baked(3, given));
+}
+
+/// Marching: 8 bytes of arrival, 5/8 of mask and keys and 4 of irradiance a cell of the box with its ghosts, which is
+/// rounded to blocks; foot points: a few layers.
+TEST(Eikonal, BytesOfAVoxel) {
+    const Scene scene = waterScene(0.3);
+    const auto bytes = [&](const GivenOptions& given) {
+        return std::stod(bakeEikonal(scene, {-0.5, -0.5, -0.99}, {128, 128, 128}, 1.0 / 128, given)
+                             .metadata.at("solver_bytes_a_voxel"));
+    };
+    EXPECT_LT(bytes(kMarching), 12.75 * std::pow(144.0 / 128, 3) + 0.2);
+    EXPECT_LT(bytes({}), 3.4);  // 2 layers x 80 + 8 x 33 bytes a column of 128
+}
+
+/// Almost level light goes down by the critical angle, and enters as weakly as Fresnel's law says.
+TEST(Eikonal, GrazingLightGoesDownByTheCriticalAngle) {
+    const double zenith = std::asin(1.0) - 1e-3;
+    const BakeResult r = bakeEikonal(waterScene(zenith), {-0.25, -0.25, -0.5}, {16, 16, 16}, 1.0 / 32);
+    const truth::PlaneWater water{1, std::cos(zenith), 1, 1.333, 0};
+    int lit = 0;
+    forLit(r, [&](const glm::ivec3& v) {
+        const double e = double(r.field.value(v, 0));
+        EXPECT_NEAR(e / (water.horizontal(0.25) / water.cosBelow()), 1, 1e-3);
+        EXPECT_NEAR(double(r.field.flux(v).z) / e, -std::sqrt(1 - 1 / (1.333 * 1.333)), 1e-4);
+        ++lit;
+    });
+    EXPECT_GT(lit, 3000);
+}
+
+/// A metre or a nanometre, here or a thousand kilometres away: the same light, and curvature in proportion.
+TEST(Eikonal, ScaleAndPlaceAreNothing) {
+    class Placed final : public HeightField {
+    public:
+        Placed(double scale, double shift) : s_(scale), shift_(shift) {}
+        SurfacePoint at(glm::dvec2 uv) const override {
+            SurfacePoint p = wave_.at((uv - shift_) / s_);
+            p.position = p.position * s_ + glm::dvec3(shift_, shift_, 0);
+            return p;
+        }
+        double minZ() const override { return s_ * wave_.minZ(); }
+        double maxZ() const override { return s_ * wave_.maxZ(); }
+        double featureSize() const override { return s_ * wave_.featureSize(); }
+
+    private:
+        CosineField wave_{0.03, 6};
+        double s_, shift_;
+    };
+    const auto baked = [](double s, double shift, const GivenOptions& given) {
+        Scene scene = waterScene(0.4, std::make_shared<Placed>(s, shift));
+        scene.surfaces[0].size *= s, scene.surfaces[0].center = {shift, shift, 0};
+        return bakeEikonal(scene, s * glm::dvec3(-0.5, -0.125, -0.6) + glm::dvec3(shift, shift, 0), {32, 8, 16}, s / 32,
+                           given);
+    };
+    for (const GivenOptions& given : {GivenOptions{}, kMarching}) {
+        const BakeResult one = baked(1, 0, given);
+        for (const auto& [s, shift] : {std::pair{1e-9, 0.0}, {1e9, 0.0}, {1.0, 1e6}}) {
+            const BakeResult other = baked(s, shift, given);
+            double light = 0, curvature = 0, sum = 0;
+            forLit(one, [&](const glm::ivec3& v) {
+                light = std::max(light, std::fabs(double(other.field.value(v, 0) - one.field.value(v, 0))));
+                curvature += std::fabs(double(other.caustic->value(v, 0)) * s - double(one.caustic->value(v, 0)));
+                sum += std::fabs(double(one.caustic->value(v, 0)));
+            });
+            EXPECT_LT(light, 1e-4) << s << " " << shift;
+            EXPECT_LT(curvature / sum, 1e-4) << s << " " << shift;
+        }
+    }
 }
 
 TEST(Eikonal, SaysWhatItCannotBake) {
