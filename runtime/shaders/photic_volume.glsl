@@ -7,6 +7,7 @@
 #define PHOTIC_BINDING_BUFFER 0   // a uniform buffer and, with PHOTIC_LIGHT_IN_BUFFER, a storage buffer
 #endif
 // PHOTIC_LAYOUT: 1 atlas, 2 dense; not defined: as the parameters say.
+// PHOTIC_COLOURED, PHOTIC_REPEATS: 0 or 1 where that is known, which saves a test or work; not defined: as the parameters say.
 // PHOTIC_LIGHT_IN_BUFFER: the bricks lie in a storage buffer.
 // PHOTIC_EXACT: eight reads weighted in float instead of the hardware's filter.
 
@@ -28,7 +29,7 @@ layout(std140, binding = PHOTIC_BINDING_BUFFER) uniform photic_parameters {
     ivec4 photic_offset;     // cell = floor(local) + offset, counted from the first page's first; w: layout
     ivec4 photic_cell_min;   // cells that may be lit, both inside; w: 1 when coloured
     ivec4 photic_cell_max;   // w: 1 when there are directions
-    ivec4 photic_period;     // cells after which the light repeats, 0: it does not
+    ivec4 photic_period;     // cells after which the light repeats, 0: it does not; w: 1 when it does along any axis
     ivec4 photic_dense_min;  // cell that the dense texture's first texel stands for
     vec4 photic_texel;       // 1 / size of the texture
     vec4 photic_lit_min;     // local box outside of which all is dark; unbounded where the light repeats
@@ -48,6 +49,13 @@ layout(binding = PHOTIC_BINDING_COLOUR) uniform highp sampler3D photic_rgb;
 #define PHOTIC_LAYOUT photic_offset.w
 #endif
 
+#ifndef PHOTIC_COLOURED
+#define PHOTIC_COLOURED photic_cell_min.w
+#endif
+#ifndef PHOTIC_REPEATS
+#define PHOTIC_REPEATS photic_period.w
+#endif
+
 /// Position in voxels, near 0 in the volume's middle, so that float has bits left for the fraction.
 vec3 photicLocal(vec3 world) {
     vec3 p = world - photic_centre.xyz;
@@ -61,8 +69,11 @@ vec3 photicLocalDirection(vec3 world) {
 }
 
 int photicWrap(int cell, int low, int period) {
-    int d = cell - low;  // GLSL leaves the remainder of negative numbers open
-    return low + (d >= 0 ? d % period : period - 1 - (-1 - d) % period);
+    if (period == 0) return cell;
+    // Without an integer division, which is slow: a float's quotient is off by one at most.
+    int d = cell - low;
+    int r = d - int(floor(float(d) / float(period))) * period;
+    return low + (r < 0 ? r + period : r >= period ? r - period : r);
 }
 
 /// The cell that a local position lies in, wrapped, and where in it. False where it is dark for certain: outside, or
@@ -74,9 +85,11 @@ bool photicCell(vec3 local, out ivec3 cell, out vec3 fraction) {
     vec3 low = floor(local);
     fraction = local - low;
     cell = ivec3(low) + photic_offset.xyz;
-    if (photic_period.x != 0) cell.x = photicWrap(cell.x, photic_cell_min.x, photic_period.x);
-    if (photic_period.y != 0) cell.y = photicWrap(cell.y, photic_cell_min.y, photic_period.y);
-    if (photic_period.z != 0) cell.z = photicWrap(cell.z, photic_cell_min.z, photic_period.z);
+    if (PHOTIC_REPEATS != 0) {
+        cell = ivec3(photicWrap(cell.x, photic_cell_min.x, photic_period.x),
+                     photicWrap(cell.y, photic_cell_min.y, photic_period.y),
+                     photicWrap(cell.z, photic_cell_min.z, photic_period.z));
+    }
     return all(greaterThanEqual(cell, photic_cell_min.xyz)) && all(lessThanEqual(cell, photic_cell_max.xyz));
 }
 
@@ -115,7 +128,7 @@ PhoticLight photicSampleLocal(vec3 local) {
     vec3 fraction;
     if (!photicCell(local, cell, fraction)) return light;
     vec4 v, colour;
-    bool coloured = photic_cell_min.w != 0;
+    bool coloured = PHOTIC_COLOURED != 0;
 #ifdef PHOTIC_LIGHT_IN_BUFFER
     uint brick = photicPage(cell) & 0xffffffu, stride = coloured ? 4u : 2u;
     uvec3 corner = uvec3(cell & 7);
@@ -134,9 +147,9 @@ PhoticLight photicSampleLocal(vec3 local) {
 #ifdef PHOTIC_EXACT
     ivec3 next = texel + 1;
     // A dense texture ends where the light begins anew.
-    if (dense && photic_period.x != 0 && next.x == photic_period.x) next.x = 0;
-    if (dense && photic_period.y != 0 && next.y == photic_period.y) next.y = 0;
-    if (dense && photic_period.z != 0 && next.z == photic_period.z) next.z = 0;
+    if (PHOTIC_REPEATS != 0 && dense && photic_period.x != 0 && next.x == photic_period.x) next.x = 0;
+    if (PHOTIC_REPEATS != 0 && dense && photic_period.y != 0 && next.y == photic_period.y) next.y = 0;
+    if (PHOTIC_REPEATS != 0 && dense && photic_period.z != 0 && next.z == photic_period.z) next.z = 0;
     v = photicWeighted(photic_light, texel, next, fraction);
     colour = coloured ? photicWeighted(photic_rgb, texel, next, fraction) : vec4(v.w);
 #else

@@ -295,6 +295,7 @@ private:
         p.offset[3] = layout == Layout::Dense ? 2 : 1;
         p.cell_min[3] = data_.coloured;
         p.cell_max[3] = data_.has_direction;
+        p.period[3] = data_.period != Int3{0, 0, 0};
         gl_.GenBuffers(1, &impl.parameter_buffer);
         gl_.BindBuffer(GL_UNIFORM_BUFFER, impl.parameter_buffer);
         gl_.BufferData(GL_UNIFORM_BUFFER, sizeof(p), &p, GL_DYNAMIC_DRAW);

@@ -124,7 +124,7 @@ void MediumPass::abandon() {
 Result<MediumPass> MediumPass::create(const GpuContext& context) {
     return guarded([&]() -> Result<MediumPass> {
         auto impl = std::make_unique<Impl>(context);
-        impl->scatter.program({{"PHOTIC_LAYOUT", "1"}});
+        impl->scatter.program({{"PHOTIC_LAYOUT", "1"}, {"PHOTIC_COLOURED", "0"}, {"PHOTIC_REPEATS", "0"}});
         impl->transmit.program();
         return MediumPass(std::move(impl));
     });

@@ -37,6 +37,9 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, std::vector<Define> d
             defines.push_back({"PHOTIC_LAYOUT", "1"});
             break;
     }
+    const VolumeParameters& parameters = volume.impl().parameters;
+    defines.push_back({"PHOTIC_COLOURED", parameters.cell_min[3] != 0 ? "1" : "0"});
+    defines.push_back({"PHOTIC_REPEATS", parameters.period[3] != 0 ? "1" : "0"});
     if (volume.impl().filter == Filter::Exact) defines.push_back({"PHOTIC_EXACT", "1"});
     return program(defines);
 }

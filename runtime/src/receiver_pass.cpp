@@ -31,7 +31,9 @@ void ReceiverPass::abandon() { impl_->pass.abandon(); }
 Result<ReceiverPass> ReceiverPass::create(const GpuContext& context) {
     return guarded([&]() -> Result<ReceiverPass> {
         auto impl = std::make_unique<Impl>(context);
-        impl->pass.program({{"PHOTIC_LAYOUT", "1"}});  // the usual one now, so that a driver's refusal shows here
+        impl->pass.program({{"PHOTIC_LAYOUT", "1"},
+                            {"PHOTIC_COLOURED", "0"},
+                            {"PHOTIC_REPEATS", "0"}});  // the usual one now, so that a driver's refusal shows here
         return ReceiverPass(std::move(impl));
     });
 }

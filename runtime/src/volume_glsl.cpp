@@ -39,6 +39,9 @@ std::string volumeGlsl(const GlslOptions& options) {
     define("PHOTIC_BINDING_PAGES", std::to_string(options.first_texture + 2));
     define("PHOTIC_BINDING_BUFFER", std::to_string(options.first_buffer));
     define("PHOTIC_LAYOUT", options.layout == Layout::Atlas ? "1" : options.layout == Layout::Dense ? "2" : "");
+    const auto choice = [](Known known) { return known == Known::No ? "0" : known == Known::Yes ? "1" : ""; };
+    define("PHOTIC_COLOURED", choice(options.coloured));
+    define("PHOTIC_REPEATS", choice(options.repeats));
     define("PHOTIC_LIGHT_IN_BUFFER", options.layout == Layout::Buffer ? "1" : "");
     define("PHOTIC_EXACT", options.filter == Filter::Exact ? "1" : "");
     for (const char* file : {"photic_volume.glsl", "photic_medium.glsl"}) {

@@ -64,7 +64,8 @@ GLuint makeStorage(const GlFunctions& gl, GLuint binding, std::size_t bytes, con
 }  // namespace
 
 Result<std::unique_ptr<ComputeSampler>> ComputeSampler::make(const GlFunctions& gl, const Positions& positions,
-                                                             const GpuVolume& volume, GlslOptions options) {
+                                                             const GpuVolume& volume, GlslOptions options,
+                                                             SampleRead read) {
     if (volume.info().layout == Layout::Buffer) options.layout = Layout::Buffer;
     std::string text =
         std::string(gl.es ? "#version 310 es\nprecision highp float;\nprecision highp int;\n" : "#version 430 core\n") +
@@ -78,9 +79,12 @@ Result<std::unique_ptr<ComputeSampler>> ComputeSampler::make(const GlFunctions& 
             if (n >= count) return;
             PhoticLight light = PREFIXSample(positions[n].xyz);
             samples[2u * n] = vec4(light.flux, light.mean);
-            samples[2u * n + 1u] = vec4(light.irradiance, PREFIXEmpty(positions[n].xyz, vec3(1.0, 0.0, 0.0)));
+            samples[2u * n + 1u] = vec4(light.irradiance, WITH_DARK);
         }
     )";
+    const std::string dark =
+        read == SampleRead::LightAndDark ? "PREFIXEmpty(positions[n].xyz, vec3(1.0, 0.0, 0.0))" : "0.0";
+    text.replace(text.find("WITH_DARK"), 9, dark);
     for (std::size_t at; (at = text.find("PREFIX")) != std::string::npos;) text.replace(at, 6, options.prefix);
     const auto program = makeProgram(gl, std::vector<ShaderSourceText>{{GL_COMPUTE_SHADER, {text, {"sampler"}}}});
     if (!program) return program.error();

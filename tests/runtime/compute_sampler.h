@@ -19,6 +19,7 @@ Positions coherentPositions(const runtime::Volume& volume, std::size_t count);
 
 /// What photicSample() gives: flux.xyz, mean; irradiance, length of the dark ahead along +x.
 using GpuSample = std::array<float, 8>;
+enum class SampleRead { Light, LightAndDark };
 
 /// Samples a volume at many positions in a compute shader made of volumeGlsl().
 class ComputeSampler {
@@ -27,7 +28,8 @@ public:
     static runtime::Result<std::unique_ptr<ComputeSampler>> make(const runtime::GlFunctions& gl,
                                                                  const Positions& positions,
                                                                  const runtime::GpuVolume& volume,
-                                                                 runtime::GlslOptions options = {});
+                                                                 runtime::GlslOptions options = {},
+                                                                 SampleRead read = SampleRead::LightAndDark);
     ~ComputeSampler();
     ComputeSampler(const ComputeSampler&) = delete;
     ComputeSampler& operator=(const ComputeSampler&) = delete;

@@ -108,6 +108,9 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// What a shader may take for granted of all volumes that are bound to it: saves tests.
+enum class Known { Neither, No, Yes };
+
 /// What volumeGlsl() is made for.
 struct GlslOptions {
     std::string prefix = "photic";  ///< of every name, so that several volumes fit one shader: pondSample() ...
@@ -116,6 +119,8 @@ struct GlslOptions {
     /// Automatic: Atlas or Dense, whichever is bound. Buffer needs a shader of its own.
     Layout layout = Layout::Automatic;
     Filter filter = Filter::Hardware;
+    Known coloured = Known::Neither;
+    Known repeats = Known::Neither;  ///< along any axis
 };
 
 /// GLSL for a game's own shader, to be put behind its #version: photicSample(), photicIrradiance(), photicInscatter(),

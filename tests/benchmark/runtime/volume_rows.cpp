@@ -81,8 +81,11 @@ Table lookUps(const RuntimeStage& stage) {
         GpuVolume volume = upload(stage, way);
         GlslOptions glsl;
         glsl.filter = way.filter;
+        glsl.layout = way.layout;
+        glsl.coloured = glsl.repeats = Known::No;
         const auto nanoseconds = [&](const test::Positions& positions) {
-            const auto sampler = orThrow(test::ComputeSampler::make(stage.context.gl(), positions, volume, glsl));
+            const auto sampler = orThrow(
+                test::ComputeSampler::make(stage.context.gl(), positions, volume, glsl, test::SampleRead::Light));
             const double ms = leastMilliseconds(stage, [&] { sampler->run(volume); });
             return fmt::format("{:.1f}", ms * 1e6 / static_cast<double>(positions.size()));
         };
