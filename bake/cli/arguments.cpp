@@ -164,6 +164,8 @@ void addExport(CLI::App& app, ExportArguments& a) {
     const std::map<std::string, NvdbCodec> codecs{{"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
     app.add_option("--codec", a.codec, "Of an .nvdb: none (default, all that the run-time library reads), zip or blosc")
         ->transform(CLI::CheckedTransformer(codecs).description("{none,zip,blosc}"));
+    app.add_option("--budget", a.budget_mb, "Memory that a volume may take in a game [MiB]: leaves out what it must, and says what that costs");
+    app.add_option("--scene", a.scene, "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there");
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 

@@ -8,17 +8,20 @@
 #include <set>
 
 #include "bake/cli/bake_plan.h"
+#include "bake/cli/export_budget.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/slice_atlas.h"
 #include "bake/file/texture_3d.h"
 #include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
 
 namespace photic::cli {
 namespace {
 
 /// Far below half a voxel, over any index that a grid holds.
+constexpr double kMiB = 1 << 20;  // as the run-time library counts its budget
 constexpr double kSamePlace = 1e-9;
 
 bool sameGrid(const GridFrame& a, const GridFrame& b) {
@@ -41,8 +44,19 @@ int frameOf(const LightVolume& volume, const std::string& path) {
     return std::stoi(found->second);
 }
 
-/// The box that holds the light of all volumes. One volume needs none: its atlas finds it.
-std::optional<VoxelBox> boxOfAll(const std::vector<std::string>& volumes, Terminal& terminal) {
+/// What is left out of the volumes, and why.
+struct Selection {
+    std::optional<Scene> scene;
+    std::optional<ExportPlan> plan;  ///< of a budget
+    const Scene* receivers() const { return scene ? &*scene : nullptr; }
+    LightVolume of(const LightVolume& volume, Terminal& terminal) const {
+        return planned(volume, *plan, receivers(), terminal);
+    }
+};
+
+/// The box that holds the light of all volumes. One volume needs none: its file finds it.
+std::optional<VoxelBox> boxOfAll(const std::vector<std::string>& volumes, const Selection& selection,
+                                 Terminal& terminal) {
     std::optional<VoxelBox> box;
     std::optional<GridFrame> grid;
     for (std::size_t i = 0; volumes.size() > 1 && i < volumes.size(); ++i) {
@@ -57,7 +71,7 @@ std::optional<VoxelBox> boxOfAll(const std::vector<std::string>& volumes, Termin
                         volumes[i]);
         }
         grid = volume.field.frame();
-        box = together(box, litBox(volume));
+        box = together(box, selection.plan ? litBox(selection.of(volume, terminal)) : litBox(volume));
     }
     return box;
 }
@@ -95,6 +109,48 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
     };
     if (arguments.precision) refuse("--precision");
     if (arguments.codec) refuse("--codec");
+}
+
+void checkBudget(const ExportArguments& arguments) {
+    if (arguments.budget_mb && (!(*arguments.budget_mb > 0) || *arguments.budget_mb > 1e9))
+        throw Error(ErrorCode::Usage,
+                    fmt::format("a budget of {} MB; it must be above 0 and at most 1e9", *arguments.budget_mb),
+                    "--budget");
+    if (!arguments.scene.empty() && !arguments.budget_mb)
+        throw Error(ErrorCode::Usage, "tells --budget where the receivers are, and there is no --budget; give one",
+                    "--scene");
+}
+
+MemoryModel memoryOf(Format format) { return format == Format::Nvdb ? MemoryModel::Runtime : MemoryModel::Dense; }
+
+/// One plan for all volumes: that of the one that must leave out the most.
+Selection select(const ExportArguments& arguments, Format format, Terminal& terminal) {
+    Selection selection;
+    if (!arguments.budget_mb) return selection;
+    if (!arguments.scene.empty()) selection.scene = loadScene(arguments.scene, 0, terminal);
+    const std::vector<ExportPlan> plans = exportPlans(selection.receivers());
+    const auto bytes = static_cast<std::int64_t>(*arguments.budget_mb * kMiB);
+    std::size_t chosen = 0;
+    for (const std::string& path : arguments.volumes)
+        chosen = fittingPlan(readVdb(path), plans, chosen, bytes, memoryOf(format), selection.receivers(), terminal);
+    selection.plan = sharedPlan(readVdb(arguments.volumes.front()), plans[chosen], selection.receivers(), terminal);
+    return selection;
+}
+
+/// What a budget cost, said and returned.
+Json budgetReport(const LightVolume& source, const LightVolume& exported, const Selection& selection, Format format,
+                  Terminal& terminal) {
+    const std::int64_t bytes = gameBytes(exported, memoryOf(format));
+    const Json error = exportError(source, exported, selection.receivers());
+    const ExportPlan& plan = *selection.plan;
+    terminal.say(fmt::format("  {:.2f} MiB in a game; voxels {}, {}", static_cast<double>(bytes) / kMiB,
+                             plan.factor == 1 ? std::string("as baked") : fmt::format("{} times as wide", plan.factor),
+                             plan.band ? fmt::format("{} around receivers", *plan.band) : "all kept"));
+    terminal.say("  " + errorText(error));
+    return {{"game_bytes", bytes},
+            {"factor", plan.factor},
+            {"band", plan.band ? Json(*plan.band) : Json(nullptr)},
+            {"error", error}};
 }
 
 std::string precisionName(const ExportArguments& arguments, Format format) {
@@ -164,10 +220,12 @@ Json reported(const std::string& volume, const Written& written, const ExportArg
 int run(const ExportArguments& arguments, Terminal& terminal) {
     const FormatRow& format = formatOf(arguments);
     checkOptions(arguments, format);
+    checkBudget(arguments);
     checkWritable(arguments.output);
     const bool sequence = arguments.volumes.size() > 1 ||
                           std::filesystem::path(arguments.output).filename().string().find('#') != std::string::npos;
-    const std::optional<VoxelBox> box = boxOfAll(arguments.volumes, terminal);
+    const Selection selection = select(arguments, format.format, terminal);
+    const std::optional<VoxelBox> box = boxOfAll(arguments.volumes, selection, terminal);
     std::set<std::string> outputs;
     Json frames = Json::array();
     for (const std::string& path : arguments.volumes) {
@@ -178,8 +236,13 @@ int run(const ExportArguments& arguments, Terminal& terminal) {
         if (!outputs.insert(output).second) {
             throw Error(ErrorCode::Input, "holds the same frame as a volume before it; both would be " + output, path);
         }
-        frames.push_back(
-            reported(path, write(arguments, format.format, output, volume, box), arguments, format, terminal));
+        std::optional<LightVolume> less;
+        if (selection.plan) less.emplace(selection.of(volume, terminal));
+        const LightVolume& exported = less ? *less : volume;
+        const Written written = write(arguments, format.format, output, exported, box);
+        frames.push_back(reported(path, written, arguments, format, terminal));
+        frames.back()["budget"] =
+            less ? budgetReport(volume, exported, selection, format.format, terminal) : Json(nullptr);
     }
     terminal.progress("write", 1);
     if (arguments.json) {

@@ -83,6 +83,8 @@ struct ExportArguments {
     std::string output;                  ///< its extension says the format
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
+    std::optional<double> budget_mb;     ///< of memory in a game
+    std::string scene;                   ///< where the receivers are, for the budget
     bool json = false;
 };
 

@@ -39,6 +39,28 @@ std::array<float, 8> sampleTrilinear(const LightField& field, const glm::dvec3& 
     return sum;
 }
 
+LightField reindexed(const LightField& field, const glm::ivec3& shift) {
+    GridFrame frame = field.frame();
+    frame.origin_world = frame.worldFromIndex(-glm::dvec3(shift));
+    frame.min += shift, frame.max += shift;
+    NeededVoxels needed = NeededVoxels::none(frame);
+    for (int slot = 0; slot < field.leafCount(); ++slot) {
+        const glm::ivec3 origin = field.needed().leafOrigin(slot) + shift;
+        const auto& mask = field.needed().mask(slot);
+        for (int i = 0; i < LightField::kLeafVoxels; ++i)
+            if (NeededVoxels::maskBit(mask, i)) needed.add(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
+    }
+    needed.finish();
+    LightField out(std::make_shared<const NeededVoxels>(std::move(needed)), field.channels());
+    forEachLeaf(out.needed(), [&](int slot) {
+        float* to = out.makeDense(slot);
+        const glm::ivec3 origin = out.needed().leafOrigin(slot) - shift;
+        for (int c = 0; c < field.channels().count(); ++c)
+            for (int i = 0; i < LightField::kLeafVoxels; ++i) *to++ = field.value(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7), c);
+    });
+    return out;
+}
+
 LightField resampledToAxes(const LightField& field) {
     const GridFrame& from = field.frame();
     const double h = std::min(glm::length(from.world_from_index[0]), glm::length(from.world_from_index[1]));

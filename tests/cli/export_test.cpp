@@ -89,6 +89,62 @@ TEST(Export, SequencesBecomeOneFileAFrame) {
     EXPECT_EQ(std::filesystem::file_size(place / "x.0001.ktx2"), std::filesystem::file_size(place / "x.0002.ktx2"));
 }
 
+TEST(Export, BudgetsAreKeptAndTheirErrorIsSaid) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const auto budgetOf = [&](const Strings& arguments) {
+        Strings all{"export", "pool.vdb", "--json"};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = photic(place, all);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        const auto document = outcome.json();
+        EXPECT_EQ(schemaBreaches(document, "export.md"), Strings{});
+        return document["frames"][0]["budget"];
+    };
+    const auto ample = budgetOf({"-o", "a.nvdb", "--budget", "100"});
+    EXPECT_EQ(ample["factor"], 1);
+    EXPECT_LT(ample["error"]["volume"]["relative_rmse"], 1e-3);
+    EXPECT_EQ(ample["error"]["volume"]["light_kept"], 1.0);
+    EXPECT_TRUE(ample["error"]["receivers"].empty());
+    // Coarser voxels cost more the fewer they are.
+    double last = ample["error"]["volume"]["relative_l1"];
+    std::int64_t bytes = ample["game_bytes"];
+    for (const char* name : {"b.nvdb", "b.ktx2"}) {
+        const double budget = static_cast<double>(bytes) / 4 / (1 << 20);
+        const auto tight = budgetOf({"-o", name, "--budget", std::to_string(budget)});
+        EXPECT_GT(tight["factor"], 1);
+        EXPECT_LE(tight["game_bytes"], bytes / 4);
+        EXPECT_GT(tight["error"]["volume"]["relative_l1"], last);
+    }
+    // With its receivers known, a band keeps them sharp.
+    const auto band = budgetOf({"-o", "c.nvdb", "--scene", "pool.toml", "--budget",
+                                std::to_string(static_cast<double>(bytes) / 3 / (1 << 20))});
+    EXPECT_EQ(band["factor"], 1);
+    EXPECT_TRUE(band["band"].is_number());
+    EXPECT_LT(band["error"]["receivers"][0]["relative_rmse"], 1e-3);
+    EXPECT_LT(band["error"]["volume"]["light_kept"], 0.9);
+
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "d.nvdb", "--budget", "0.00001"}).code, 3);
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "d.nvdb", "--budget", "nan"}).code, 2);
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "d.nvdb", "--budget", "-1"}).code, 2);
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "d.nvdb", "--scene", "pool.toml"}).code, 2);
+    EXPECT_FALSE(place.has("d.nvdb"));
+}
+
+TEST(Export, ThePoolsReceiverBandFitsSixteenMegabytes) {
+    const Workplace place;
+    const std::string scene = PHOTIC_SOURCE_DIR "/examples/pool/pool.toml";
+    ASSERT_EQ(photic(place, {"bake", scene, "--where", "receivers", "-o", "band.vdb"}).code, 0);
+    const Outcome outcome =
+        photic(place, {"export", "band.vdb", "-o", "band.nvdb", "--budget", "16", "--scene", scene, "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto budget = outcome.json()["frames"][0]["budget"];
+    EXPECT_LE(budget["game_bytes"], 16 << 20);
+    EXPECT_EQ(budget["error"]["receivers"].size(), 3u);
+    for (const auto& receiver : budget["error"]["receivers"]) EXPECT_LT(receiver["relative_rmse"], 0.01) << receiver;
+}
+
 TEST(Export, MistakesAreUsageErrors) {
     const Workplace place;
     for (const Strings& arguments :

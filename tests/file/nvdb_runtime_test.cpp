@@ -4,7 +4,9 @@
 
 #include "bake/field/resample.h"
 #include "bake/file/nvdb.h"
+#include "bake/file/runtime_size.h"
 #include "photic/runtime.h"
+#include "runtime/src/brick_plan.h"
 #include "tests/file/file_test_support.h"
 
 namespace photic {
@@ -37,6 +39,12 @@ TEST(NvdbRuntime, SamplesWhatWasWritten) {
                 EXPECT_EQ(read.metadata().scattering.z, 0.3);
                 EXPECT_EQ(read.metadata().absorption.y, 0.5);
                 EXPECT_EQ(read.metadata().anisotropy, 0.8);
+                // The budget counts what the library takes.
+                const runtime::BrickPlan plan = runtime::planBricks(read.data());
+                const RuntimeSize size = runtimeSize(volume);
+                EXPECT_EQ(size.bricks, static_cast<std::int64_t>(plan.bricks.size()));
+                EXPECT_EQ(size.pages, static_cast<std::int64_t>(plan.entries.size()));
+                EXPECT_EQ(size.dense, plan.fill() > 0.7);
                 // Between voxels, near borders and gaps too. Halves lose 2^-11 of values below 1700 W/m2.
                 const GridFrame& frame = volume.field.frame();
                 for (int i = 0; i < 2000; ++i) {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "bake/file/vdb.h"
+
+namespace photic {
+
+/// The GPU memory that the run-time library takes for a volume (docs/files.md): bricks of 9^3 RGBA16F texels and a
+/// table of pages, or one dense texture where more than 70 % of the box's pages have bricks. Coloured volumes take
+/// twice the texels.
+struct RuntimeSize {
+    std::int64_t bricks = 0;  ///< that hold light
+    std::int64_t pages = 0;   ///< of 8^3 voxels, in the box
+    bool dense = false;
+    std::int64_t bytes = 0;
+};
+
+RuntimeSize runtimeSize(const LightVolume& volume);
+
+/// How far (0..7 along each axis) to move the indices of a volume's voxels so that the fewest bricks hold them: a
+/// floor's band that lies in one layer of bricks instead of across two. 0 for boxes too large to try it.
+glm::ivec3 fewestBricksShift(const LightVolume& volume);
+
+/// Bytes of dense RGBA16F textures of `texels`.
+std::int64_t denseTextureBytes(std::int64_t texels, FieldChannels channels);
+
+}  // namespace photic
