@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -77,6 +78,9 @@ void addProgress(CLI::App& verb, std::string& progress, int& threads) {
         ->check(CLI::Range(0, 1024));
 }
 
+/// CLI11 reads "-1" as a size of two to the 64th less one.
+const CLI::Validator kNotNegative([](std::string& text) { return text.starts_with('-') ? "a size is wanted, not " + text : std::string(); }, "", "not negative");
+
 void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& compression) {
     app.add_option("SCENE", a.scene, "Scene file (.toml)")->required();
     app.add_option("-o,--output", a.output,
@@ -113,9 +117,18 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
                    "Also write the standard error per voxel, as irradiance, to a .vdb (photons)");
     app.add_option("--max-memory", a.max_memory_bytes,
                    "Refuse to bake above this estimate, for instance 8GB (default: the machine's)")
+        ->check(kNotNegative)
         ->transform(CLI::AsSizeValue(false));
     app.footer(optionTable);
 }
+
+/// NaN passes CLI11's own ranges: no comparison with it is false that should be.
+const CLI::Validator kNotNan(
+    [](std::string& text) {
+        double value = 0;
+        return CLI::detail::lexical_cast(text, value) && std::isnan(value) ? "a number is wanted, not " + text : std::string();
+    },
+    "", "not NaN");
 
 void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_option("SCENE", a.scene, "Scene file (.toml)")->required();
@@ -129,9 +142,9 @@ void addPicture(CLI::App& app, PictureArguments& a) {
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"x", "y", "z"}));
     app.add_option("--resolution", a.resolution, "Texels along a receiver's longer side")->check(CLI::Range(1, 16384));
-    app.add_option("--exposure", a.exposure, "Brightness of the display pictures")->check(CLI::PositiveNumber);
+    app.add_option("--exposure", a.exposure, "Brightness of the display pictures")->check(CLI::PositiveNumber)->check(kNotNan);
     app.add_option("--max", a.max, "Top of the colour bar [W/m2] (default: from the picture)")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber)->check(kNotNan);
     app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures")
         ->check(CLI::IsMember(colourMapNames()));
     app.add_flag("--film-strip", a.film_strip, "One picture with all volumes side by side, of each thing asked for");
@@ -140,14 +153,14 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_flag("--view-only", a.view_only, "Only that view");
     app.add_option("--eye", a.eye, "Camera position x,y,z [m], written --eye=-2,-3,2");
     app.add_option("--target", a.target, "Point looked at x,y,z [m]");
-    app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")->check(CLI::Range(1.0, 150.0));
+    app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")->check(CLI::Range(1.0, 150.0))->check(kNotNan);
     app.add_option("--size", a.size, "Size of the view, for instance 960x640");
     app.add_option("--samples", a.samples, "Samples a side and pixel of the view")->check(CLI::Range(1, 16));
     app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::NonNegativeNumber)->check(kNotNan);
     app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's")
-        ->check(CLI::NonNegativeNumber);
-    app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")->check(CLI::Range(-0.99, 0.99));
+        ->check(CLI::NonNegativeNumber)->check(kNotNan);
+    app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")->check(CLI::Range(-0.99, 0.99))->check(kNotNan);
     app.add_option("--look", a.look,
                    "cutaway (open sides, straight eye rays) or natural (solid sides, eye rays refract)")
         ->check(CLI::IsMember({"cutaway", "natural"}));
@@ -238,11 +251,11 @@ Verb parseArguments(int argc, const char* const* argv) {
     compare_app->add_option("B", compare.b, "The reference, of the same kind")->required();
     compare_app
         ->add_option("--max-error", compare.max_error, "Exit with 1 above this relative L1 error, for instance 0.01")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::NonNegativeNumber)->check(kNotNan);
     compare_app->add_option("--standard-error", compare.standard_error,
                             "Volume of B's standard error: adds chi-squared and z scores");
     compare_app->add_option("--bias-allowance", compare.bias_allowance, "Relative bias that the scores forgive")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(CLI::Range(0.0, 1.0))->check(kNotNan);
     compare_app->add_option("--difference", compare.difference, "Write A - B as a colour-mapped PNG (images only)");
     compare_app->add_flag("--json", compare.json, "Print JSON on stdout");
     CLI::App* picture_app =

@@ -35,6 +35,10 @@ TEST(Usage, MistakesExitWithTwo) {
     expectUsage({"compare", "a.vdb", "b.vdb", "--max-error", "-1"}, {"--max-error"});
     expectUsage({"export", "a.vdb", "-o", "a.png"}, {".exr"});
     expectUsage({"picture", "pool.toml", "a.vdb", "b.vdb"}, {"--film-strip"});
+    for (const char* option : {"--exposure", "--max", "--fov", "--tiles", "--shafts", "--shafts-g"})
+        expectUsage({"picture", "pool.toml", "a.vdb", "--view", option, "nan"}, {option, "nan"});
+    expectUsage({"compare", "a.vdb", "b.vdb", "--max-error", "nan"}, {"--max-error", "nan"});
+    expectUsage({"bake", "pool.toml", "--max-memory", "-1"}, {"--max-memory", "-1"});
 }
 
 TEST(Usage, SetNamesItsMistake) {
