@@ -317,6 +317,7 @@ int dryRun(const BakeArguments& arguments, int frame_number, int frames, const s
 }  // namespace
 
 int run(const BakeArguments& arguments, Terminal& terminal) {
+    checkPostSteps(arguments.post);
     const FrameRange range = arguments.frames.value_or(FrameRange{});
     const int frames = range.last - range.first + 1;
     const std::string first_output = outputPath(arguments, range.first);

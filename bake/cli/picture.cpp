@@ -236,7 +236,10 @@ public:
 
 private:
     void write(const std::string& name, const Image& image, bool exr) {
-        const std::string path = (fs::path(arguments_.directory) / name).string();
+        // A receiver may be called "pool/floor": that is no folder.
+        std::string file = name;
+        std::replace(file.begin(), file.end(), '/', '_');
+        const std::string path = (fs::path(arguments_.directory) / file).string();
         exr ? writeExr(path, image) : writePng(path, image);
         terminal_.say(path);
     }

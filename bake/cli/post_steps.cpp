@@ -23,39 +23,63 @@ LightField& causticOf(LightVolume& volume) {
     return found->second;
 }
 
+struct Step {
+    bool sharpens;
+    double first, second;
+};
+
+Step parsed(const std::string& text) {
+    Step step{};
+    int used = 0;
+    const auto is = [&](const char* pattern) {
+        return std::sscanf(text.c_str(), pattern, &step.first, &step.second, &used) == 2 &&
+               used == static_cast<int>(text.size()) && std::isfinite(step.first) && std::isfinite(step.second);
+    };
+    step.sharpens = is("sharpen=%lf,%lf%n");
+    if (!step.sharpens && !is("dissipate=%lf,%lf%n")) {
+        throw Error(ErrorCode::Usage,
+                    "that is no step; write sharpen=A,B for a * phi^b, or dissipate=Z,SPEED with the height [m] below "
+                    "which it acts and 0 to 0.7 voxels a layer",
+                    text);
+    }
+    if (step.sharpens && (!(step.first > 0) || !(step.second > 0))) {
+        throw Error(ErrorCode::Usage,
+                    fmt::format("sharpen needs A and B above 0, and they are {} and {}", step.first, step.second),
+                    text);
+    }
+    if (!step.sharpens && (!(step.second >= 0) || step.second > kFastestDissipation)) {
+        throw Error(
+            ErrorCode::Usage,
+            fmt::format("a dissipation speed of {} voxels a layer; it must lie in 0 to {}, or the wave is not stable",
+                        step.second, kFastestDissipation),
+            text);
+    }
+    return step;
+}
+
 }  // namespace
+
+void checkPostSteps(const std::vector<std::string>& steps) {
+    for (const std::string& step : steps) parsed(step);
+}
 
 void applyPostSteps(const std::vector<std::string>& steps, LightVolume& volume) {
     if (steps.empty()) return;
+    checkPostSteps(steps);
     LightField& caustic = causticOf(volume);
     std::string& kind = volume.metadata["caustic_kind"];
     if (kind.find("negative where light converges") != std::string::npos) {
         sharpenCaustic(caustic, 1, 1, -1);
         kind = "curvature of the front [1/m], positive where light converges";
     }
-    for (const std::string& step : steps) {
-        double first = 0, second = 0;
-        int used = 0;
-        const auto is = [&](const char* pattern) {
-            return std::sscanf(step.c_str(), pattern, &first, &second, &used) == 2 &&
-                   used == static_cast<int>(step.size()) && std::isfinite(first) && std::isfinite(second);
-        };
-        if (is("sharpen=%lf,%lf%n")) {
-            if (!(first > 0) || !(second > 0)) {
-                throw Error(ErrorCode::Usage,
-                            fmt::format("sharpen needs A and B above 0, and they are {} and {}", first, second), step);
-            }
-            sharpenCaustic(caustic, first, second, 1);
-        } else if (is("dissipate=%lf,%lf%n")) {
-            dissipateCaustic(caustic, first, second);
+    for (const std::string& text : steps) {
+        const Step step = parsed(text);
+        if (step.sharpens) {
+            sharpenCaustic(caustic, step.first, step.second, 1);
         } else {
-            throw Error(
-                ErrorCode::Usage,
-                "that is no step; write sharpen=A,B for a * phi^b, or dissipate=Z,SPEED with the height [m] below "
-                "which it acts and 0 to 0.7 voxels a layer",
-                step);
+            dissipateCaustic(caustic, step.first, step.second);
         }
-        kind += (kind.empty() ? "" : "; ") + step;
+        kind += (kind.empty() ? "" : "; ") + text;
     }
 }
 

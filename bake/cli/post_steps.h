@@ -8,6 +8,9 @@
 
 namespace photic::cli {
 
+/// @throws Error{Usage} for what is no step, before any work
+void checkPostSteps(const std::vector<std::string>& steps);
+
 /// Applies steps to the `caustic` grid of a volume, in their order, and notes them in its metadata.
 ///   sharpen=A,B       a * max(0, v)^b
 ///   dissipate=Z,SPEED below the plane z = Z [m] each layer is a step of a wave of SPEED voxels a layer

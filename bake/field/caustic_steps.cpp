@@ -16,7 +16,6 @@
 namespace photic {
 namespace {
 
-constexpr double kFastest = 0.7;  // below 1 / sqrt 2: the explicit scheme in two dimensions is stable
 constexpr int kSmoothings = 4;    // of the layer that waves start from: lines become three voxels wide
 
 /// One layer of voxels as an image, 0 where nothing is needed.
@@ -109,11 +108,11 @@ void sharpenCaustic(LightField& caustic, double a, double b, double sign) {
 
 void dissipateCaustic(LightField& caustic, double threshold, double speed) {
     const GridFrame& frame = caustic.frame();
-    if (!(speed >= 0) || speed > kFastest)
+    if (!(speed >= 0) || speed > kFastestDissipation)
         throw Error(
             ErrorCode::Input,
             fmt::format("a dissipation speed of {} voxels a layer; it must lie in 0 to {}, or the wave is not stable",
-                        speed, kFastest));
+                        speed, kFastestDissipation));
     if (!frame.axisAligned())
         throw Error(ErrorCode::Input,
                     "dissipation spreads straight down, and the grid is sheared; bake it with shear = \"none\"");

@@ -19,6 +19,9 @@ void restoreFluxBound(LightField& field);
 /// @param sign  s: -1 where light converges at negative values, as for a front's curvature; 1 otherwise
 void sharpenCaustic(LightField& caustic, double a, double b, double sign);
 
+/// Speeds [voxels a layer] of a dissipating wave end here: below 1 / sqrt 2 the explicit scheme in two dimensions is stable.
+inline constexpr double kFastestDissipation = 0.7;
+
 /// The paper's height threshold [Mercier 2014, section 3.3]: where first arrivals have met, light cannot spread again. Below
 /// the plane z = `threshold` [m] each layer of a `caustic` grid is a step of a wave equation u_tt = c^2 lap u in x and y
 /// that starts at rest from the layer above it, and what is negative is cut. That layer is smoothed first (a deviation: its

@@ -76,7 +76,7 @@ void checkOptions(const std::string& method, std::span<const OptionSpec> specs, 
                 const std::string nearest = nearestName(std::get<std::string>(option.value), spec->choices);
                 if (!nearest.empty()) hint = fmt::format("; did you mean \"{}\"?", nearest);
             }
-            throw Error(ErrorCode::Input,
+            throw Error(option.where == "--set" ? ErrorCode::Usage : ErrorCode::Input,
                         fmt::format("option '{}' of method '{}' is {}; give {}{}", name, method, inWords(option.value),
                                     wanted(*spec), hint),
                         option.where);

@@ -11,9 +11,9 @@ Medium loadMedium(const ConfigValue& value, LoadContext& context) {
                     fmt::format("{} media are given, but only the one below the surface is built; keep one [medium]",
                                 value.items.size()),
                     value.items[1].where);
-    const ConfigValue& only =
-        value.kind == ConfigValue::Kind::Array && value.items.size() == 1 ? value.items[0] : value;
-    const TableReader table(only, "[medium]", {"absorption", "scattering", "extinction", "albedo", "anisotropy"},
+    if (value.kind == ConfigValue::Kind::Array && value.items.size() == 1)
+        throw Error(ErrorCode::Input, "there is one medium: write [medium], not [[medium]]", value.items[0].where);
+    const TableReader table(value, "[medium]", {"absorption", "scattering", "extinction", "albedo", "anisotropy"},
                             {"index", "emission", "phase", "density"});
 
     // Either the two coefficients, or their sum and the share that is scattered.

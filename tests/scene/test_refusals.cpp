@@ -176,6 +176,7 @@ TEST_F(Refusals, Media) {
                 {"'absorption' and 'extinction'", "contradict"});
     refusedRest("[medium]\nextinction = 1\nalbedo = 1.5\n", "s.toml:15:1", {"'albedo' is 1.5", "0 to 1"});
     refusedRest("[medium]\nalbedo = 0.5\n", "s.toml:13:1", {"needs 'extinction'"});
+    refusedRest("[[medium]]\nabsorption = 1\n", "s.toml:13:1", {"[medium], not [[medium]]"});
     refusedRest("[[medium]]\nabsorption = 1\n[[medium]]\nabsorption = 2\n", "s.toml:15:1", {"2 media", "one [medium]"});
     refusedRest("[[surface]]\nname = \"oil\"\nflat = true\nior_below = 1.5\n[medium]\nabsorption = 1\n", "s.toml:13:1",
                 {"'water' (ior_below 1.333)", "'oil' (ior_below 1.5)"});
