@@ -50,7 +50,7 @@ LiveWater::Impl::~Impl() {
     }
     if (nearest) gl.DeleteSamplers(1, &nearest);
     if (volume_indices) gl.DeleteBuffers(1, &volume_indices);
-    for (const GLuint p : {ray_program, mesh_program, volume_program}) {
+    for (const GLuint p : {ray_program, mesh_program, volume_program, god_ray_program}) {
         if (p) gl.DeleteProgram(p);
     }
     if (framebuffer) gl.DeleteFramebuffers(1, &framebuffer);
@@ -165,8 +165,9 @@ void LiveWater::Impl::setLookup(const Uniforms& u, int unit) const {
 
 void LiveWater::abandon() {
     Impl& w = *impl_;
-    for (GLuint* name : {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.nearest,
-                         &w.framebuffer, &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program}) {
+    for (GLuint* name :
+         {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.nearest, &w.framebuffer,
+          &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program, &w.god_ray_program}) {
         *name = 0;
     }
     w.volume_index_count = 0;

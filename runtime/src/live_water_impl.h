@@ -43,7 +43,7 @@ struct LiveWater::Impl {
     GLuint caustics = 0;                        ///< photic_caustic_map
     GLuint volume_indices = 0, nearest = 0;      ///< nearest: a sampler
     GLuint framebuffer = 0, vertex_array = 0;
-    GLuint ray_program = 0, mesh_program = 0, volume_program = 0;
+    GLuint ray_program = 0, mesh_program = 0, volume_program = 0, god_ray_program = 0;
 
     // What the textures were made for.
     int columns = 0, rows = 0;            ///< of the map

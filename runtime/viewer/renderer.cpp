@@ -253,7 +253,9 @@ private:
         }
         runtime::LookupOptions lookup;
         lookup.tightening = picture.tightening;
-        lookup.plane_distance = 0.08f * glm::length(stage_.max - stage_.min);
+        lookup.plane_distance = 0.03f * glm::length(stage_.max - stage_.min);
+        // gamma is crossings a metre; light scattered evenly to all sides.
+        lookup.ray_strength = picture.scattering.y * lookup.plane_distance / (4 * 3.14159265f);
         if (const Status set = water_->setLookup(lookup); !set) return set;
         if (source != Source::CausticMap || map_current_) return Done{};
         runtime::CausticMapOptions map;
@@ -282,6 +284,9 @@ private:
 
     Status media(const Picture& picture, const Matrices&, Source source, const runtime::GBuffer& surfaces,
                  const runtime::Target& target) {
+        if (source == Source::Lookup && has_water_ && picture.scattering != glm::vec3(0)) {
+            return water_->drawGodRays(surfaces, target);
+        }
         if (picture.scattering == glm::vec3(0) || (source != Source::BakedA && source != Source::BakedB) ||
             !has(source)) {
             return Done{};

@@ -116,6 +116,31 @@ TEST_F(LightSources, IrradianceAndScaleAreThoseOfVolumes) {
     }
 }
 
+TEST_F(LightSources, GodRaysFollowTheirFunction) {
+    fill(test::pool3Water(64));
+    LookupOptions lookup;
+    lookup.plane_distance = 0.1f, lookup.ray_strength = 0.7f;
+    ASSERT_TRUE(water_->setLookup(lookup).ok());
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 16, 16, plate);
+    ASSERT_TRUE(water_->drawGodRays(scene.gbuffer(), scene.target()).ok());
+    const auto drawn = scene.read();
+    int lit = 0;
+    for (const std::size_t i : {std::size_t{17}, std::size_t{100}, std::size_t{211}}) {
+        const glm::dvec3 p = scene.positions()[i], eye(plate.view.eye);
+        const auto text = [](const glm::dvec3& v) {
+            return "vec3(" + std::to_string(v.x) + ", " + std::to_string(v.y) + ", " + std::to_string(v.z) + ")";
+        };
+        const auto gamma = test::evaluate(gl_, "photic_water_lookup.glsl",
+                                          "vec4(photicGodRays(" + text(eye) + ", normalize(" + text(p - eye) + "), " +
+                                              std::to_string(glm::length(p - eye)) + "))",
+                                          1, 1, [&](const Uniforms& u) { water_->impl().setLookup(u, 0); });
+        EXPECT_NEAR(drawn[4 * i], 0.7 * gamma[0], 0.01 * gamma[0] + 1e-4) << i;
+        lit += gamma[0] > 0.05f;
+    }
+    EXPECT_GT(lit, 0);
+}
+
 TEST_F(LightSources, WhatIsNotThereIsRefused) {
     const Plate plate;
     const test::DrawnScene scene(gl_, plate.view, 4, 4, plate);

@@ -105,6 +105,10 @@ public:
     Status updateCausticMap(const CausticMapOptions& options);
     bool hasCausticMap() const;
 
+    /// Adds the look-up's god rays: `ray_strength` x the sun's irradiance x gamma, the paper's equation 2. Needs depth only.
+    /// @return Error{Usage}, Error{Shader}
+    Status drawGodRays(const GBuffer& surfaces, const Target& target);
+
     /// Adds the radiance of receivers and of scattering water that the refracted light gives them [W/m2/sr]: each
     /// triangle of the water is drawn as the bounding prism of its beam, each pixel in it tested, one pass. No shadows,
     /// one refraction, as in the paper. Cost: the prisms' pixels, some hundreds deep where the water is finely meshed.

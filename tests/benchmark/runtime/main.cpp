@@ -40,7 +40,9 @@ int run(const RuntimeEffort& effort) {
     passes.note = fmt::format("ms for {} x {} pixels, least of {} runs.", effort.width, effort.height, effort.repeats);
     passes.head = {"pass", "ms"};
     addVolumePasses(stage, passes);
-    fmt::print("{}", markdown(passes));
+    addWaterPasses(stage, passes);
+    fmt::print("{}\n", markdown(passes));
+    fmt::print("{}", markdown(floorAccuracy(stage)));
     return 0;
 }
 

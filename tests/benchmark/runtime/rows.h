@@ -36,4 +36,10 @@ Table lookUps(const RuntimeStage& stage);
 /// Receivers and media lit by the volume.
 void addVolumePasses(const RuntimeStage& stage, Table& passes);
 
+/// The same receivers and water lit without a bake: the paper's look-up and god rays, caustic maps, warped volumes.
+void addWaterPasses(const RuntimeStage& stage, Table& passes);
+
+/// Baked, mapped and looked-up light on a floor whose light is known.
+Table floorAccuracy(const RuntimeStage& stage);
+
 }  // namespace photic::benchmark
