@@ -34,7 +34,7 @@ NeededVoxels::NeededVoxels(const GridFrame& frame) : frame_(frame) {
     }
     if (leaves > double(kMaxLeaves))
         throw Error(ErrorCode::Input,
-                    fmt::format("a grid of {} x {} x {} voxels has {:.0f} blocks of 8^3, more than {}; use larger voxels or a smaller domain",
+                    fmt::format("a grid of {} x {} x {} voxels has {:.6g} blocks of 8^3, more than {}; use larger voxels or a smaller domain",
                                 size[0], size[1], size[2], leaves, kMaxLeaves));
     leaf_min_ = frame.min >> 3;
     leaf_size_ = (frame.max >> 3) - leaf_min_ + 1;

@@ -115,7 +115,7 @@ GridFrame sceneFrame(const Scene& scene) {
     if (!(voxels <= kMaxVoxels)) {
         const double fits = roundedUp(1.001 * h * std::cbrt(voxels / kMaxVoxels));
         throw Error(ErrorCode::Input,
-                    fmt::format("voxel_size {} m makes {:.0f} x {:.0f} x {:.0f} = {:.3g} voxels, more than {:.3g}; use voxel_size = {:.3g}{} or "
+                    fmt::format("voxel_size {} m makes {:.6g} x {:.6g} x {:.6g} = {:.3g} voxels, more than {:.3g}; use voxel_size = {:.3g}{} or "
                                 "a smaller domain", h, size.x, size.y, size.z, voxels, kMaxVoxels, fits,
                                 domain.layer_height > 0 ? " with layer_height in proportion" : ""), scene.file);
     }

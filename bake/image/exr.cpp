@@ -43,8 +43,10 @@ auto withExr(const std::string& path, const Body& body) {
     } catch (const Error&) {
         throw;
     } catch (const std::exception& error) {
+        std::string why = error.what();  // it calls what is read from memory "(string)"
+        if (const auto at = why.find("\"(string)\""); at != std::string::npos) why.replace(at, 10, "'" + path + "'");
         throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}",
-                                                  path, bytes.size(), error.what()));
+                                                  path, bytes.size(), why));
     }
 }
 

@@ -108,6 +108,36 @@ TEST(Picture, MistakesAreNamedBeforeAnythingIsWritten) {
     expect(4, {"-o", "pool.toml/pictures"}, "pool.toml");
 }
 
+TEST(Picture, AVolumeOfAnotherSceneIsWarnedOf) {
+    const Workplace place;
+    bakeFlatPool(place);
+    const Strings command{"picture", "pool.toml", "pool.vdb", "-o", "pictures", "--resolution", "16"};
+    EXPECT_EQ(photic(place, command).err.find("another scene"), std::string::npos);
+
+    const std::string scene = place.read("pool.toml");
+    const auto change = [&](const std::string& from, const std::string& to) {
+        std::string text = scene;
+        const auto at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << text;
+        if (at != std::string::npos) text.replace(at, from.size(), to);
+        place.write("pool.toml", text);
+        const Outcome outcome = photic(place, command);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.err;
+    };
+    EXPECT_NE(change("irradiance = 1000", "irradiance = 500").find("its light has 1000 W/m2"), std::string::npos);
+    EXPECT_NE(change("min = [-1.0, -1.0, -1.2]\nmax = [ 1.0,", "min = [4.0, -1.0, -1.2]\nmax = [ 6.0,").find("wholly outside"),
+              std::string::npos);
+}
+
+TEST(Picture, PointsThatAreNotFiniteAreRefused) {
+    const Workplace place;
+    bakeFlatPool(place);
+    const Outcome outcome = photic(place, {"picture", "pool.toml", "pool.vdb", "-o", "pictures", "--view", "--eye", "nan,0,0"});
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("not finite"), std::string::npos) << outcome.err;
+}
+
 TEST(Picture, ExportWritesAtlasAndSidecar) {
     const Workplace place;
     bakeFlatPool(place);
