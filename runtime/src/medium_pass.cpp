@@ -49,6 +49,12 @@ void require(const MediumOptions& options) {
     }
 }
 
+/// Whether dark pages are looked for. Above the fill that dense textures are chosen at, a step seldom finds one.
+bool skips(Skipping skipping, const UploadInfo& volume) {
+    constexpr double kWorthwhile = 0.7;
+    return skipping == Skipping::DarkPages || (skipping == Skipping::Automatic && volume.fill < kWorthwhile);
+}
+
 }  // namespace
 
 void MediumPass::Impl::deleteHalf() {
@@ -101,7 +107,7 @@ void MediumPass::Impl::scatterInto(const Target& target, const GBuffer& surfaces
         uniforms.set("photic_anisotropy", options.anisotropy);
         uniforms.set("photic_scale", options.scale);
         uniforms.set("photic_march", options.steps, options.jitter == StepJitter::PerPixel ? 1 : 0, options.frame,
-                     options.skipping == Skipping::DarkPages ? 1 : 0);
+                     skips(options.skipping, lit.volume->info()) ? 1 : 0);
         uniforms.set("photic_stride", stride);
         lit.volume->impl().bind(0, 0, lit.weight);
         scatter.drawTriangle();

@@ -233,7 +233,11 @@ enum class StepJitter {
     Middle,   ///< no noise; banded when steps are few
     PerPixel  ///< noise that is even over neighbouring pixels, and over frames when `frame` counts up
 };
-enum class Skipping { DarkPages, Nothing };
+enum class Skipping {
+    Automatic,  ///< DarkPages, unless nearly all blocks have light and looking for dark ones costs more than it saves
+    DarkPages,
+    Nothing
+};
 enum class MediumResolution {
     Full,
     Halved  ///< a quarter of the rays; spread to the pixels by how near their surfaces are
@@ -253,7 +257,7 @@ struct MediumOptions {
     int steps = 32;
     StepJitter jitter = StepJitter::Middle;
     int frame = 0;
-    Skipping skipping = Skipping::DarkPages;  ///< the same picture, bit by bit
+    Skipping skipping = Skipping::Automatic;  ///< the same picture, bit by bit
     MediumResolution resolution = MediumResolution::Full;
     Extinction extinction = Extinction::Applied;
     float scale = 1;  ///< factor on the scattered light

@@ -34,6 +34,7 @@ int run(const RuntimeEffort& effort) {
     const RuntimeStage stage{*context, effort, test::asGameVolume(pool.volume, NvdbPrecision::Half), view};
 
     fmt::print("{} (OpenGL {}.{})\n\n", context->renderer(), context->gl().major, context->gl().minor);
+    fmt::print("{}\n", markdown(sideBySide(stage)));
     fmt::print("{}\n", markdown(lookUps(stage)));
     Table passes;
     passes.title = "Passes";

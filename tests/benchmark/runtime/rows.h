@@ -27,7 +27,10 @@ struct RuntimeStage {
     test::DrawnView& view;  ///< of the pool's floor and wall, from above the water
 };
 
-/// Least time of a few runs of `work`, which issues GL commands, up to their end [ms].
+/// Time of `work`, which issues GL commands, up to their end [ms].
+double milliseconds(const RuntimeStage& stage, const std::function<void()>& work);
+
+/// Least time of a few runs [ms].
 double leastMilliseconds(const RuntimeStage& stage, const std::function<void()>& work);
 
 /// Look-ups by layout, random and coherent; memory of each.
@@ -38,6 +41,9 @@ void addVolumePasses(const RuntimeStage& stage, Table& passes);
 
 /// The same receivers and water lit without a bake: the paper's look-up and god rays, caustic maps, warped volumes.
 void addWaterPasses(const RuntimeStage& stage, Table& passes);
+
+/// Baked light beside the paper's passes: turn by turn, so that what else the machine does strikes both alike.
+Table sideBySide(const RuntimeStage& stage);
 
 /// Baked, mapped and looked-up light on a floor whose light is known.
 Table floorAccuracy(const RuntimeStage& stage);

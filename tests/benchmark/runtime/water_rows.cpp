@@ -2,6 +2,7 @@
 // Water that nobody baked: times beside the volume's, and how near its light comes to the truth.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
@@ -37,6 +38,17 @@ LiveWater pool3(const RuntimeStage& stage, int side) {
     return water;
 }
 
+/// As in the paper; planes so near that a pixel has all its 32 samples.
+LookupOptions paperLookup() {
+    LookupOptions paper;
+    paper.axes = LookupAxes::One;
+    paper.projection = LookupProjection::TriPlanar;
+    paper.gain_mode = LookupGain::Fixed;
+    paper.reflected = 0.3F;
+    paper.plane_distance = 0.02F;
+    return paper;
+}
+
 /// Means over 2 x 2 points of each pixel of the floor's map.
 std::vector<double> overPixels(const std::vector<double>& fine, int size) {
     std::vector<double> out(static_cast<std::size_t>(size) * static_cast<std::size_t>(size), 0.0);
@@ -59,13 +71,7 @@ void addWaterPasses(const RuntimeStage& stage, Table& passes) {
     };
     const auto& g = stage.view.surfaces;
     const auto& target = stage.view.target;
-    LookupOptions paper;
-    paper.axes = LookupAxes::One;
-    paper.projection = LookupProjection::TriPlanar;
-    paper.gain_mode = LookupGain::Fixed;
-    paper.reflected = 0.3F;
-    paper.plane_distance = 0.02F;
-    check(water.setLookup(paper));
+    check(water.setLookup(paperLookup()));
     const auto lookUp = [&] { check(receivers.drawLit(g, target, {LightSource::Lookup, {}, &water})); };
     row("receivers, the paper's look-up (tri-planar, with the reflected ray)", lookUp);
     row("god rays, the paper's, 32 samples", [&] { check(water.drawGodRays(g, target)); });
@@ -82,6 +88,49 @@ void addWaterPasses(const RuntimeStage& stage, Table& passes) {
     const glm::mat4 clip(glm::inverse(glm::dmat4(glm::make_mat4(g.world_from_clip))));
     row(fmt::format("receivers, warped volumes of {0} x {0} cells", side / volumes.step),
         [&] { check(water.drawWarpedVolumes(g, glm::value_ptr(clip), target, volumes)); });
+}
+
+Table sideBySide(const RuntimeStage& stage) {
+    const int rounds = 3 * stage.effort.repeats;
+    Table table;
+    table.title = "Side by side";
+    table.note = fmt::format("Least of {} turns [ms]; each turn runs a row's two passes one after the other.", rounds);
+    table.head = {"baked", "[ms]", "the paper's, no bake", "[ms]", "baked / the paper's"};
+    LiveWater water = pool3(stage, stage.effort.samples > 100000 ? 256 : 32);
+    check(water.setLookup(paperLookup()));
+    ReceiverPass receivers = orThrow(ReceiverPass::create(stage.context));
+    MediumPass media = orThrow(MediumPass::create(stage.context));
+    MediumOptions medium;
+    medium.scattering[0] = medium.scattering[1] = medium.scattering[2] = 0.1F;
+    medium.anisotropy = 0.8F;
+    medium.surface[2] = 1, medium.surface[3] = 0;
+    const auto& g = stage.view.surfaces;
+    const auto& target = stage.view.target;
+    const auto row = [&](const std::string& ours, const std::function<void()>& a, const std::string& theirs,
+                         const std::function<void()>& b) {
+        double least_a = 1e30, least_b = 1e30;
+        for (int n = 0; n < 1 + rounds; ++n) {
+            const double ms_a = milliseconds(stage, a), ms_b = milliseconds(stage, b);
+            if (n > 0) least_a = std::min(least_a, ms_a), least_b = std::min(least_b, ms_b);
+        }
+        table.add({ours, fmt::format("{:.1f}", least_a), theirs, fmt::format("{:.1f}", least_b),
+                   fmt::format("{:.2f}", least_a / least_b)});
+    };
+    for (const Layout layout : {Layout::Dense, Layout::Atlas}) {
+        UploadOptions upload;
+        upload.layout = layout;
+        GpuVolume volume = orThrow(GpuVolume::upload(stage.context, stage.volume, upload));
+        const std::string name = layout == Layout::Dense ? "dense" : "atlas";
+        row(
+            "receivers, " + name, [&] { check(receivers.draw(g, target, {{&volume}})); }, "look-up, tri-planar",
+            [&] {
+                check(receivers.drawLit(g, target, {LightSource::Lookup, {}, &water}));
+            });
+        row(
+            "media, 32 steps, " + name, [&] { check(media.draw(g, target, {{&volume}}, medium)); },
+            "god rays, 32 samples", [&] { check(water.drawGodRays(g, target)); });
+    }
+    return table;
 }
 
 Table floorAccuracy(const RuntimeStage& stage) {
