@@ -16,9 +16,11 @@
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/methods/wave_domain.h"
+#include "bake/methods/wave_index.h"
 #include "bake/numerics/wave_calibration.h"
 #include "bake/optics/snell.h"
 #include "bake/report/error.h"
+#include "bake/scene/index_volume.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/launch_domain.h"
 
@@ -36,7 +38,8 @@ std::span<const OptionBinding<WaveOptions>> waveOptions() {
         bindOption<O, WavePreset>(
             "preset", &O::preset, {{"none", WavePreset::None}, {"mercier", WavePreset::Mercier}},
             "mercier: the paper's own variant (infinite index, at rest, second order, sponge, sum of phi)"),
-        bindOption("wavelength", &O::wavelength, {0, 1e6}, "m", "of the pulse in the medium; 0: `points` cells"),
+        bindOption("wavelength", &O::wavelength, {0, 1e6}, "m",
+                   "of the pulse, where the index is largest; 0: `points` cells"),
         bindOption("points", &O::points, {kFewestPoints, 1000}, "cells", "a wavelength, where `wavelength` is 0"),
         bindOption("cells", &O::cells, {1, 8}, "", "of the waves, along each side of a voxel: 1, 2, 4 or 8"),
         bindOption<O, WaveAccumulate>(
@@ -71,6 +74,13 @@ double unfocused(const Surface& surface, const Light& light) {
     return i.transmittance * light.direction.z / i.refracted.z;
 }
 
+/// The scene's surface; over an index that varies, with its least below: waves are timed by that.
+Surface withLeastIndex(const Scene& scene) {
+    Surface surface = scene.surfaces.front();
+    if (scene.index) surface.ior_below = scene.index->least();
+    return surface;
+}
+
 /// How much slower than light waves of `points` cells run along an axis: d(omega)/omega of the fourth-order difference,
 /// whose symbol is k^2 (1 - (k h)^4 / 90).
 double lag(double points) { return std::pow(2 * std::numbers::pi / points, 4) / 180; }
@@ -81,7 +91,7 @@ public:
     WaveBake(const Scene& scene, const Light& light, const NeededVoxels& needed, const WaveOptions& options,
              Monitor& monitor)
         : scene_(scene),
-          surface_(scene.surfaces.front()),
+          surface_(withLeastIndex(scene)),
           light_(light),
           needed_(needed),
           options_(options),
@@ -100,21 +110,25 @@ public:
         run.points = run.wavelength / coarsest;
         checkResolution(run, coarsest);
 
+        const double slowest = scene_.index ? scene_.index->largest() / scene_.index->least() : 1;
         WaveRelease release;
-        const WaveCells cells =
-            waveCells(scene_, surface_, light_, frame,
-                      {options_.cells, run.wavelength, options_.absorber, options_.sponge_cells, paper_}, release);
+        const WaveCells cells = waveCells(
+            scene_, surface_, light_, frame,
+            {options_.cells, run.wavelength * slowest, options_.absorber, options_.sponge_cells, paper_}, release);
         const WavePulse pulse =
-            WavePulse::ofWavelength(run.wavelength, amplitude() ? PulseShape::Bump : PulseShape::Slope);
+            WavePulse::ofWavelength(run.wavelength * slowest, amplitude() ? PulseShape::Bump : PulseShape::Slope);
+        const double dt = options_.courant * WaveStepper::largestStep(cells.grid.spacing, order());
+        if (scene_.index)
+            index_.emplace(*scene_.index, cells, pulse, dt, order(), surface_.ior_above * light_.direction);
         if (paper_)
             releaseAtRest(cells, release);
         else
-            releasePulse(cells, surface_, light_, pulse, extinction, release);
+            releasePulse(cells, surface_, light_, pulse, extinction, index_ ? &*index_ : nullptr, release);
 
         std::vector<std::uint8_t> wanted(static_cast<std::size_t>(cells.grid.count()));
         for (int b = 0; b < cells.grid.count(); ++b) wanted[static_cast<std::size_t>(b)] = slotOf(cells, b) >= 0;
         WaveSettings settings;
-        settings.order = paper_ ? 2 : 4;
+        settings.order = order();
         settings.courant = options_.courant;
         settings.damping = extinction / 2;  // energy falls twice as fast as phi
         settings.absorber = options_.absorber, settings.sponge_cells = options_.sponge_cells;
@@ -122,7 +136,8 @@ public:
         settings.sum = flux ? WaveSum::EnergyAndFlux : amplitude() ? WaveSum::Nothing : WaveSum::Energy;
         settings.sum_field = amplitude();
         settings.clamp = paper_ && options_.clamp;
-        settings.threshold = options_.threshold * (paper_ ? 1 : std::sqrt(unfocused(surface_, light_)));
+        settings.threshold = options_.threshold * (paper_ ? 1 : std::sqrt(unfocused(surface_, light_) / slowest));
+        if (index_) settings.speed2 = [&](int block, float* speed2) { index_->fillSpeed2(block, speed2); };
         // phi_t^2 has twice the frequency of phi, and 13 steps a period at 6 cells a wavelength: every third step
         // samples it finely enough (tests/methods), and the sums are most of the traffic with memory.
         settings.sum_every = paper_ ? 1 : std::clamp(static_cast<int>(run.points / 2), 1, 4);
@@ -140,7 +155,8 @@ public:
         // The paper's start is a slab of one cell at rest: half of it runs down, and phi sums up to half a cell's time.
         scale_field_ = 1 / (paper_ ? 0.5 * cells.grid.spacing.z : pulse.integral());
         const double begin = stepper.time();
-        const double crossing = glm::length(glm::dvec3(cells.size()) * cells.grid.spacing) + 2 * pulse.reach();
+        const double crossing =
+            slowest * glm::length(glm::dvec3(cells.size()) * cells.grid.spacing) + 2 * pulse.reach();
         while (!stepper.finished()) {
             stepper.step();
             if (stepper.counts().steps % 16 != 0) continue;
@@ -158,6 +174,7 @@ public:
     }
 
 private:
+    int order() const { return paper_ ? 2 : 4; }
     bool amplitude() const { return options_.accumulate == WaveAccumulate::Amplitude; }
 
     void checkResolution(const WaveRun& run, double coarsest) {
@@ -210,6 +227,7 @@ private:
             const double wet = wetPart(cells, release, local) * share;
             if (wet <= 0) continue;
             double energy = sums[i] * scale_energy_;
+            if (index_) energy *= index_->carriedAt(cells.world(glm::dvec3(cell)));
             glm::dvec3 f(0);
             if (flux)
                 f = scale_flux_ * glm::dvec3(sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]);
@@ -315,11 +333,12 @@ private:
     }
 
     const Scene& scene_;
-    const Surface& surface_;
+    const Surface surface_;
     const Light& light_;
     const NeededVoxels& needed_;
     const WaveOptions& options_;
     Monitor& monitor_;
+    std::optional<WaveIndex> index_;
     bool paper_ = false;
     double scale_energy_ = 1, scale_flux_ = 1, scale_field_ = 1;
 };
@@ -337,13 +356,18 @@ void addField(LightField& to, const LightField& from) {
 std::string waveRefusal(const Scene& scene) {
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
     if (scene.bake.grids.arrival_time) return "waves have no grid 'arrival_time'; leave it out of bake.grids";
-    if (std::string refusal = specularRefusal(scene); !refusal.empty()) return refusal;
+    Scene constant = scene;
+    constant.index = nullptr;
+    if (std::string refusal = specularRefusal(constant); !refusal.empty()) return refusal;
     if (scene.surfaces.size() > 1)
         return "waves run from one surface; bake the others as scenes of their own, or use beams";
     const Surface& surface = scene.surfaces.front();
     if (!surface.height_field) return "the surface is a mesh, and waves start from height fields; use beams";
     if (surface.event != SurfaceEvent::Refract)
         return "waves are not built for reflections; use event = \"refract\", or beams";
+    if (scene.index && scene.index->least() < surface.ior_above)
+        return fmt::format("the [[index]] goes down to {:.4g} under ior_above {}, where light can be reflected totally",
+                           scene.index->least(), surface.ior_above);
     if (scene.domain.shear_mode != ShearMode::None)
         return "the grid leans, and waves step on upright ones; use shear = \"none\"";
     for (const Object& object : scene.objects) {
@@ -393,6 +417,12 @@ BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVox
 BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const WaveOptions& given,
                     Monitor& monitor, WaveRun* run) {
     const WaveOptions options = withPreset(given);
+    if (scene.index && (options.accumulate == WaveAccumulate::Amplitude || options.absorber == WaveAbsorber::Sponge))
+        throw Error(
+            ErrorCode::Input,
+            "the paper's sum and its sponge are for one index, and the scene has an [[index]]; use accumulate = "
+            "\"energy\" and absorber = \"pml\"",
+            "wave");
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
     BakeReport report;
     report.threads = threadCount(), report.instruction_set = waveKernels().name;
@@ -415,7 +445,7 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
         const auto start = Clock::now();
         if (channels.flux) restoreFluxBound(to);
         if (options.disc && light.angular_diameter_deg > 0 && options.preset == WavePreset::None) {
-            if (blurServes(scene, light, needed->frame())) {
+            if (!scene.index && blurServes(scene, light, needed->frame())) {
                 blurLayers(to, discKernels(scene.surfaces.front(), light, needed->frame()), BeyondNeeded::Alike);
                 report.seconds.emplace_back("disc", secondsSince(start));
             } else {
@@ -426,7 +456,9 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
         if (&to == &part) addField(field, part);
         double mean = 0;
         for (int c = 0; c < channels.irradiance; ++c) mean += light.irradiance[c] / channels.irradiance;
-        flat += mean * unfocused(scene.surfaces.front(), light);
+        Surface below = scene.surfaces.front();
+        if (scene.index) below.ior_below = scene.index->at(below.center);
+        flat += mean * unfocused(below, light);
     }
     report.field_bytes = field.bytes();
     double deposited = 0;
@@ -435,7 +467,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     // The path ledger is a law of rays: waves diffract through the box's sides and through its surface. What they carry
     // over what rays would is said beside it; rays are followed through the whole box only.
     std::map<std::string, std::string> metadata;
-    if (needed->isEverything() && options.accumulate == WaveAccumulate::Energy && report.path.expected > 0) {
+    if (needed->isEverything() && !scene.index && options.accumulate == WaveAccumulate::Energy &&
+        report.path.expected > 0) {
         last.path_over_rays = deposited / report.path.expected;
         metadata["path_over_rays"] = fmt::format("{:.6f}", last.path_over_rays);
     }

@@ -20,7 +20,7 @@ enum class WavePreset {
 /// [bake.wave]
 struct WaveOptions {
     WavePreset preset = WavePreset::None;
-    double wavelength = 0;  ///< [m] in the medium, of the mean frequency of the energy; 0: `points` cells
+    double wavelength = 0;  ///< [m] where the index is largest, of the mean frequency of the energy; 0: `points` cells
     double points = 6;      ///< cells a wavelength where `wavelength` is 0
     int cells = 1;          ///< a voxel, along each axis: 1, 2, 4 or 8
     WaveAccumulate accumulate = WaveAccumulate::Energy;

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bake/scene/index_volume.h"
 #include "bake/tubes/launch_domain.h"
 
 namespace photic {
@@ -20,6 +21,7 @@ bool repeats(const Scene& scene, const Surface& surface, const Light& light, con
              int cells) {
     if (axis == 2 || cells % kBlock != 0 || surface.outside == Outside::None) return false;
     if (std::fabs(light.direction[axis]) > 1e-9) return false;
+    if (scene.index && scene.index->steepest()[axis] > 0) return false;
     for (const Object& object : scene.objects) {
         const Plane* plane = std::get_if<Plane>(&object.shape);
         if (object.blocks() && (!plane || std::fabs(plane->normal[axis]) > 1e-9)) return false;
@@ -77,7 +79,11 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
     glm::dvec2 reach_low(0), reach_high(0);  // beyond the box, at the surface [cells]
     const double bottom_world = cells.world(glm::dvec3(low)).z, depth = std::max(field.maxZ() - bottom_world, 0.0);
     const double surface_top = cells.cell({0, 0, field.maxZ()}).z;
-    const glm::dvec2 margin = glm::dvec2(0.5 * std::sqrt(settings.wavelength * depth)) / glm::dvec2(cells.grid.spacing);
+    glm::dvec2 beside(0.5 * std::sqrt(settings.wavelength * depth));
+    if (scene.index)  // a ray bends by |grad n| / n a metre
+        beside +=
+            depth * glm::min(0.5 * depth / scene.index->least() * glm::dvec2(scene.index->steepest()), glm::dvec2(1));
+    const glm::dvec2 margin = beside / glm::dvec2(cells.grid.spacing);
     GridFrame lit = frame;  // the box that planes have left
     lit.min = glm::ivec3(glm::floor(glm::dvec3(low) / double(r)));
     lit.max = glm::ivec3(glm::floor(glm::dvec3(high) / double(r)));

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "bake/methods/wave_index.h"
 #include "bake/optics/beer_lambert.h"
 #include "bake/optics/snell.h"
 #include "bake/threads/parallel_for.h"
@@ -22,14 +23,16 @@ struct Ray {
 
 class Refractor {
 public:
-    Refractor(const Surface& surface, const glm::dvec3& direction) : surface_(surface), direction_(direction) {}
+    Refractor(const Surface& surface, const glm::dvec3& direction, const WaveIndex* index)
+        : surface_(surface), direction_(direction), index_(index) {}
 
     Ray at(glm::dvec2 uv) const {
         const SurfacePoint p = surface_.height_field->at(uv);
         Ray ray;
         ray.position = p.position;
         const double facing = -glm::dot(p.normal, direction_);
-        const Interface i = interfaceAt(direction_, glm::normalize(p.normal), surface_.ior_above, surface_.ior_below);
+        const Interface i = interfaceAt(direction_, glm::normalize(p.normal), surface_.ior_above,
+                                        index_ ? index_->at(p.position) : surface_.ior_below);
         ray.direction = i.refracted;
         if (surface_.outside == Outside::None) {
             const glm::dvec2 off = glm::abs(uv - glm::dvec2(surface_.center)) - 0.5 * surface_.size;
@@ -58,6 +61,7 @@ public:
 private:
     const Surface& surface_;
     glm::dvec3 direction_;
+    const WaveIndex* index_;
 };
 
 std::size_t columnIndex(const glm::ivec3& size, int x, int y) {
@@ -129,9 +133,9 @@ void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& r
 }
 
 void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
-                  double extinction, WaveRelease& release) {
+                  double extinction, const WaveIndex* index, WaveRelease& release) {
     const glm::ivec3 size = cells.size(), low = cells.lowCell();
-    const Refractor rays(surface, light.direction);
+    const Refractor rays(surface, light.direction, index);
     const double slowness = surface.ior_above / surface.ior_below;
     const double step = 0.25 * std::min(cells.grid.spacing.x, cells.grid.spacing.y);
     release.source.pulse = pulse;
@@ -170,8 +174,10 @@ void releasePulse(const WaveCells& cells, const Surface& surface, const Light& l
                 const double along = (point.z - ray.position.z) / ray.direction.z;
                 WaveDriven d;
                 d.block = block, d.cell = static_cast<std::uint16_t>(offsetOf(local));
-                d.amplitude = static_cast<float>(std::sqrt(irradiance) * std::exp(-0.5 * extinction * along));
-                d.arrival = slowness * glm::dot(light.direction, ray.position) + along;
+                const double carried = index ? index->carriedAt(point) : 1,
+                             here = index ? index->slownessAt(0.5 * (point + ray.position)) : 1;
+                d.amplitude = static_cast<float>(std::sqrt(irradiance / carried) * std::exp(-0.5 * extinction * along));
+                d.arrival = slowness * glm::dot(light.direction, ray.position) + here * along;
                 out.driven.push_back(d);
                 const double below = level + 0.5 - z;
                 if (below > 0)

@@ -54,12 +54,13 @@ struct WaveBand::Pool {
 };
 
 WaveBand::WaveBand(const WaveGrid& grid, int sum_channels, std::vector<std::uint8_t> wanted,
-                   std::vector<std::uint8_t> memory_fields)
+                   std::vector<std::uint8_t> memory_fields, std::function<void(int block, float* speed2)> speed2)
     : grid_(grid),
       wanted_(std::move(wanted)),
       memory_fields_(std::move(memory_fields)),
+      speed2_(std::move(speed2)),
       number_(static_cast<std::size_t>(grid.count()), -1) {
-    for (const int fields : {2, sum_channels, 2, 4, 6}) pools_.push_back(std::make_unique<Pool>(fields));
+    for (const int fields : {speed2_ ? 3 : 2, sum_channels, 2, 4, 6}) pools_.push_back(std::make_unique<Pool>(fields));
     if (sum_channels == 0) wanted_.clear();
 }
 
@@ -92,6 +93,7 @@ void WaveBand::become(const std::vector<int>& blocks, const std::function<void(c
         } else {
             WaveActive& a = active_[i] = {blocks[i]};
             a.field = pools_[0]->take();
+            if (speed2_) a.speed2 = a.field + 2 * kWaveCells;
             if (!wanted_.empty() && wanted_[block]) a.sums = pools_[1]->take();
             if (Pool* pool = memoryPool(a.block)) a.memory = pool->take();
             fresh[i] = 1;
@@ -102,6 +104,7 @@ void WaveBand::become(const std::vector<int>& blocks, const std::function<void(c
         WaveActive& a = active_[static_cast<std::size_t>(n)];
         if (fresh[static_cast<std::size_t>(n)]) {
             std::memset(a.field, 0, 2 * kWaveCells * sizeof(float));
+            if (a.speed2) speed2_(a.block, a.speed2);
             if (a.sums) std::memset(a.sums, 0, pools_[1]->floats * sizeof(float));
             if (a.memory) std::memset(a.memory, 0, memoryPool(a.block)->floats * sizeof(float));
         }

@@ -34,6 +34,7 @@ struct WaveGrid {
 struct WaveActive {
     int block = 0;
     float* field = nullptr;          ///< two time levels of 512 cells
+    float* speed2 = nullptr;         ///< of 512 cells, behind the field; null where the speed is constant
     float* sums = nullptr;           ///< channels x 512 cells; null where nobody asked for them
     float* memory = nullptr;         ///< psi and zeta of the matched axes; null elsewhere
     std::array<int, 6> neighbour{};  ///< their number among the active; -1: not active
@@ -44,8 +45,9 @@ class WaveBand {
 public:
     /// @param sum_channels    per cell of wanted blocks
     /// @param memory_fields   of 512 floats by block: 0 outside of the matched layer
+    /// @param speed2          fills c^2 of a block that joins, from several threads; empty: the speed is constant
     WaveBand(const WaveGrid& grid, int sum_channels, std::vector<std::uint8_t> wanted,
-             std::vector<std::uint8_t> memory_fields);
+             std::vector<std::uint8_t> memory_fields, std::function<void(int block, float* speed2)> speed2 = {});
     ~WaveBand();
 
     const std::vector<WaveActive>& active() const { return active_; }
@@ -63,6 +65,7 @@ private:
     struct Pool;
     const WaveGrid& grid_;
     std::vector<std::uint8_t> wanted_, memory_fields_;
+    std::function<void(int block, float* speed2)> speed2_;
     std::vector<std::unique_ptr<Pool>> pools_;  // fields, sums, memory of 2, 4 and 6 fields
     std::vector<WaveActive> active_;
     std::vector<std::int32_t> number_;

@@ -27,8 +27,9 @@ double laplaceSymbol(double k, const glm::dvec3& spacing, int order, const glm::
 
 }  // namespace
 
-double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction) {
-    const double half = std::sin(0.5 * w * dt), wanted = 4 * half * half / (dt * dt);
+double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction,
+                        double slowness) {
+    const double half = std::sin(0.5 * w * dt), wanted = slowness * slowness * 4 * half * half / (dt * dt);
     // The symbol grows up to the shortest wave that the grid holds along the direction.
     double low = 0, high = std::numeric_limits<double>::infinity();
     for (int a = 0; a < 3; ++a)
@@ -42,12 +43,12 @@ double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int orde
 }
 
 WavePlaneSums planeSums(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order,
-                        const glm::dvec3& direction) {
+                        const glm::dvec3& direction, double slowness) {
     constexpr int kFrequencies = 2000;
     const double step = 6.0 / pulse.width() / kFrequencies;  // the spectrum ends at exp(-36)
     WavePlaneSums sums;
     for (int i = 0; i < kFrequencies; ++i) {
-        const double w = (i + 0.5) * step, k = schemeWavenumber(w, dt, spacing, order, direction);
+        const double w = (i + 0.5) * step, k = schemeWavenumber(w, dt, spacing, order, direction, slowness);
         if (k == 0) continue;
         const double rate = std::sin(w * dt) / dt, density = pulse.spectrum(w) * step;
         double slope = 0;

@@ -15,12 +15,14 @@ struct WavePlaneSums {
 
 /// Differences are not derivatives: at 6 cells a wavelength the central difference in time alone loses 7 % of phi_t^2.
 /// Frequencies are kept exactly (what drives the waves sets them), and wavenumbers follow from the scheme's own
-/// dispersion along `direction`; so both integrals are known to rounding, one frequency at a time.
+/// dispersion along `direction`, at the speed 1 / `slowness`; so both integrals are known to rounding, one frequency at
+/// a time.
 WavePlaneSums planeSums(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order,
-                        const glm::dvec3& direction);
+                        const glm::dvec3& direction, double slowness = 1);
 
-/// The wavenumber that the scheme gives to waves of angular frequency w along `direction`; 0 where they do not
-/// propagate.
-double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction);
+/// The wavenumber that the scheme gives to waves of angular frequency w along `direction`; about w slowness; 0 where
+/// they do not propagate.
+double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction,
+                        double slowness = 1);
 
 }  // namespace photic

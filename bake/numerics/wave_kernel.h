@@ -41,6 +41,7 @@ struct WaveBlock {
     const float* now = nullptr;          ///< phi(n)
     float* other = nullptr;              ///< phi(n-1), overwritten by phi(n+1)
     std::array<const float*, 6> side{};  ///< phi(n) of the neighbours -x, +x, -y, +y, -z, +z; zeros where there is none
+    const float* speed2 = nullptr;       ///< c^2 by cell, at most 1; null: 1 everywhere
     float* sums = nullptr;               ///< energy, then flux x y z: 512 each; null: nothing is summed
     std::array<float, 6>* largest = nullptr;  ///< largest |phi| of both levels in the half towards each side
 };
@@ -51,6 +52,8 @@ enum class WaveSum { Nothing, Energy, EnergyAndFlux };
 struct WaveKernels {
     /// [0]: the step alone; [1]: also fills `largest`. Then by WaveSum.
     void (*step[2][3])(const WaveBlock&, const WaveWeights&);
+    /// With `speed2`: c^2 lap phi and c gamma for lap phi and gamma; does not fill `largest`. By WaveSum.
+    void (*stepVarying[3])(const WaveBlock&, const WaveWeights&);
     void (*stepMatched)(const WaveBlock&, const WaveWeights&, const WaveMemory&);
     /// `damping`: gamma dt by cell along each axis, added up.
     void (*stepSponge)(const WaveBlock&, const WaveWeights&, const std::array<std::array<float, 8>, 3>& damping);

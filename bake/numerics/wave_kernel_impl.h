@@ -63,7 +63,13 @@ inline float laplacian(const float* c, const WaveDifferences& d) {
     return second(c, 0, d) + second(c, 1, d) + second(c, 2, d);
 }
 
-template <WaveSum sum>
+/// A cell's next value where the speed varies: light is lost by length, so that gamma is c times that of c = 1.
+inline float varied(const WaveWeights& w, float speed2, float now, float laplacian, float before) {
+    const float g = (1 - w.keep) / w.keep * std::sqrt(speed2);
+    return (2 * now + w.scale * speed2 * laplacian - (1 - g) * before) / (1 + g);
+}
+
+template <WaveSum sum, bool varies = false>
 void stepPadded(const WaveBlock& block, const WaveWeights& w) {
     alignas(64) WavePadded p;
     pad(block, p);
@@ -73,8 +79,13 @@ void stepPadded(const WaveBlock& block, const WaveWeights& w) {
             float* other = block.other + at(x, y, 0);
             float next[8], before[8];
             std::memcpy(before, other, 32);
-            for (int z = 0; z < 8; ++z)
-                next[z] = w.keep * (2 * c[z] + w.scale * laplacian(c + z, w.d)) - w.lose * before[z];
+            if constexpr (varies) {
+                const float* speed2 = block.speed2 + at(x, y, 0);
+                for (int z = 0; z < 8; ++z) next[z] = varied(w, speed2[z], c[z], laplacian(c + z, w.d), before[z]);
+            } else {
+                for (int z = 0; z < 8; ++z)
+                    next[z] = w.keep * (2 * c[z] + w.scale * laplacian(c + z, w.d)) - w.lose * before[z];
+            }
             std::memcpy(other, next, 32);
             if constexpr (sum != WaveSum::Nothing) {
                 float* energy = block.sums + at(x, y, 0);
@@ -153,8 +164,14 @@ void stepMatched(const WaveBlock& block, const WaveWeights& w, const WaveMemory&
             const float *c = p[x + 2][y + 2] + 4, *more = added + at(x, y, 0);
             float* other = block.other + at(x, y, 0);
             float next[8];
-            for (int z = 0; z < 8; ++z)
-                next[z] = w.keep * (2 * c[z] + w.scale * (laplacian(c + z, w.d) + more[z])) - w.lose * other[z];
+            if (block.speed2) {
+                const float* speed2 = block.speed2 + at(x, y, 0);
+                for (int z = 0; z < 8; ++z)
+                    next[z] = varied(w, speed2[z], c[z], laplacian(c + z, w.d) + more[z], other[z]);
+            } else {
+                for (int z = 0; z < 8; ++z)
+                    next[z] = w.keep * (2 * c[z] + w.scale * (laplacian(c + z, w.d) + more[z])) - w.lose * other[z];
+            }
             std::memcpy(other, next, 32);
         }
 }
@@ -310,6 +327,7 @@ extern const WaveKernels kWaveKernels;
 const WaveKernels kWaveKernels{
     {{stepRows<WaveSum::Nothing, false>, stepRows<WaveSum::Energy, false>, stepRows<WaveSum::EnergyAndFlux, false>},
      {stepRows<WaveSum::Nothing, true>, stepRows<WaveSum::Energy, true>, stepRows<WaveSum::EnergyAndFlux, true>}},
+    {stepPadded<WaveSum::Nothing, true>, stepPadded<WaveSum::Energy, true>, stepPadded<WaveSum::EnergyAndFlux, true>},
     stepMatched,
     stepSponge,
     halves,

@@ -60,6 +60,9 @@ WaveStepper::WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource
     if (settings_.order != 2 && settings_.order != 4)
         throw Error(ErrorCode::Input,
                     fmt::format("differences of order {} are not built; use 2 or 4", settings_.order));
+    if (settings_.speed2 && settings_.absorber == WaveAbsorber::Sponge)
+        throw Error(ErrorCode::Input,
+                    "the sponge is built for one speed; use absorber = \"pml\" where the index varies");
     const double largest = largestStep(grid_.spacing, settings_.order);
     if (!(settings_.courant > 0 && settings_.courant <= 1))
         throw Error(
@@ -83,7 +86,7 @@ WaveStepper::WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource
     if (!wanted.empty())
         for (std::size_t b = 0; b < kinds_.size(); ++b)
             if (kinds_[b] == Kind::Matched || kinds_[b] == Kind::Sponge) wanted[b] = 0;
-    band_ = std::make_unique<WaveBand>(grid_, channels(), std::move(wanted), std::move(memory));
+    band_ = std::make_unique<WaveBand>(grid_, channels(), std::move(wanted), std::move(memory), settings_.speed2);
 
     // The first driver's pulse begins after the first step.
     time_ = 0;
@@ -254,7 +257,7 @@ WaveBlock WaveStepper::view(const WaveActive& active) const {
         const int n = active.neighbour[side];
         block.side[side] = n < 0 ? kNothing : band_->active()[at(n)].field + level_ * kWaveCells;
     }
-    block.sums = active.sums;
+    block.sums = active.sums, block.speed2 = active.speed2;
     return block;
 }
 
@@ -277,7 +280,10 @@ void WaveStepper::stepBlock(int number) {
             break;
         }
         case Kind::Plain:
-            kernels_.step[look_now_][static_cast<int>(what)](block, weights_);
+            if (block.speed2)
+                kernels_.stepVarying[static_cast<int>(what)](block, weights_);
+            else
+                kernels_.step[look_now_][static_cast<int>(what)](block, weights_);
             break;
         case Kind::Held:
             break;
@@ -285,7 +291,7 @@ void WaveStepper::stepBlock(int number) {
     if (settings_.clamp)
         for (int i = 0; i < kWaveCells; ++i) block.other[i] = std::max(block.other[i], 0.0f);
     if (const int d = driver_of_[at(active.block)]; d >= 0) drive(drivers_[at(d)], block.other, time_ + dt_);
-    if (look_now_ && (kind != Kind::Plain || driver_of_[at(active.block)] >= 0))
+    if (look_now_ && (kind != Kind::Plain || block.speed2 || driver_of_[at(active.block)] >= 0))
         kernels_.halves(block.now, block.other, largest_[at(number)]);
     if (sum && settings_.sum_field) {
         float* field_sum = active.sums + (channels() - 1) * kWaveCells;
@@ -359,7 +365,8 @@ double WaveStepper::energy() const {
                              static_cast<double>(d.second_1[at(a)]) * (now(a, i, 1) + now(a, i, -1)) +
                              static_cast<double>(d.second_2[at(a)]) * (now(a, i, 2) + now(a, i, -2));
             const double rate = (static_cast<double>(b.now[i]) - b.other[i]) / dt_;
-            total += 0.5 * rate * rate - 0.5 * b.other[i] * laplacian;
+            const double c2 = active.speed2 ? active.speed2[i] : 1.0;
+            total += 0.5 * rate * rate / c2 - 0.5 * b.other[i] * laplacian;
         }
     }
     return total * grid_.spacing.x * grid_.spacing.y * grid_.spacing.z;

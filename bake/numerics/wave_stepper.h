@@ -55,6 +55,8 @@ struct WaveSettings {
     bool clamp = false;       ///< phi >= 0 after each step [Mercier 2014, section 5.2]
     double threshold = 1e-3;  ///< of |phi|, below which a block is given up
     bool sparse = true;       ///< false: all blocks take part in every step
+    /// Fills c^2 of a block's cells, in (0, 1]; called from several threads. Empty: 1. Not with the sponge.
+    std::function<void(int block, float* speed2)> speed2{};
 };
 
 /// What the run has done so far.
@@ -67,22 +69,23 @@ struct WaveCounts {
 };
 
 /// phi_tt + 2 gamma phi_t = lap phi on a sparse band of blocks that moves with the waves. The speed is 1: times are
-/// lengths.
+/// lengths. With `speed2` it is c(x) <= 1, phi_tt + 2 c gamma phi_t = c^2 lap phi, and steps are those of the largest.
 ///
 /// Leapfrog in time, central differences of order 2 or 4 in space, single precision. A block takes part while
 /// |phi| > threshold in it, or while waves could reach it before the band is looked at again.
 /// Open sides (no neighbour, not periodic, not held) end as `absorber` says: in the perfectly matched layer in their
 /// outermost block, in the sponge over its width from the sides of the box.
 /// Sums are integrals over time: phi_t^2, then -phi_t grad phi (three), then phi; they are not taken in absorbing
-/// blocks. Memory: 8 bytes a cell of the band, 4 more a channel where sums are wanted, 8 more a matched axis. Results
-/// do not depend on the number of threads.
+/// blocks. Memory: 8 bytes a cell of the band, 4 more where c varies, 4 more a channel where sums are wanted, 8 more a
+/// matched axis. Results do not depend on the number of threads.
 class WaveStepper {
 public:
     /// The sums of a block that the waves have left; it may come back, with further sums.
     using Sink = std::function<void(int block, const float* sums)>;
 
     /// @param wanted  by block: sums are taken; empty: nowhere
-    /// @throws Error{Input} for a Courant number outside (0, 1] and an order that is neither 2 nor 4
+    /// @throws Error{Input} for a Courant number outside (0, 1], an order that is neither 2 nor 4, and a speed that
+    /// varies with the sponge
     WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource source, std::vector<std::uint8_t> wanted,
                 Sink sink);
     ~WaveStepper();
@@ -96,8 +99,8 @@ public:
 
     /// phi at a cell, 0 outside of the band; slow.
     float value(int block, int cell) const;
-    /// The discrete energy, which leapfrog conserves: |phi_t|^2 / 2 - phi(n+1) lap phi(n) / 2, times a cell's volume;
-    /// slow.
+    /// The discrete energy, which leapfrog conserves: |phi_t|^2 / 2 c^2 - phi(n+1) lap phi(n) / 2, times a cell's
+    /// volume; slow.
     double energy() const;
     WaveCounts counts() const;
     const WaveBand& band() const { return *band_; }

@@ -167,7 +167,7 @@ LaunchDomain launchDomain(const Scene&, const Surface& surface, const Light& lig
 std::string specularRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.surfaces.empty()) return "the scene has no [[surface]] that could focus light";
-    if (scene.index) return "light bends on its way through an [[index]]; use eikonal, or remove it";
+    if (scene.index) return "light bends on its way through an [[index]]; use eikonal or wave, or remove it";
     for (const Light& light : scene.lights)
         if (light.position)
             return fmt::format("the light '{}' is a point, and only suns are built here; use eikonal", light.name);

@@ -148,7 +148,7 @@ TEST(EikonalIndex, AConstantVolumeChangesLittle) {
 TEST(EikonalIndex, SaysWhatDoesNotGoTogether) {
     Scene scene = waterScene(0.3);
     scene.index = stratified();
-    for (const Method& method : {beamsMethod(), photonsMethod(), waveMethod()})
+    for (const Method& method : {beamsMethod(), photonsMethod()})
         EXPECT_NE(method.refusal(scene).find("[[index]]"), std::string::npos) << method.name;
     EXPECT_EQ(eikonalMethod().refusal(scene), "");
     EXPECT_THROW(bakeEikonal(scene, {0, 0, -1}, {8, 8, 8}, 0.1, options({{"solver", std::string("foot_points")}})),
