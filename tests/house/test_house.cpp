@@ -176,7 +176,7 @@ TEST_F(MadeUpHouse, MissingReadmeIsFound) {
 }
 
 TEST_F(MadeUpHouse, MachinePathIsFound) {
-    write("README.md", "Run scripts/test; see bake/root/x.h, https://example.org/home/page and ${TMPDIR:-/tmp}.\n");
+    write("README.md", std::string("Run scripts/test; see bake/root/x.h, https://example.org/home/page and ${TMPDIR:-/") + "tmp}.\n");
     EXPECT_EQ(inWords(machinePaths(root_)), "");
     write("docs/a.md", std::string("Look in /") + "home/me/photic.\n");
     write("tests/a.cpp", std::string("open(\"/") + "tmp/x\");\n");
