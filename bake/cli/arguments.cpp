@@ -30,8 +30,7 @@ constexpr const char* kExitCodes =
 struct PlannedVerb {
     std::string_view name, what;
 };
-constexpr PlannedVerb kPlannedVerbs[] = {
-    {"merge", "summing tiles and batches"}};
+constexpr PlannedVerb kPlannedVerbs[] = {{"merge", "summing tiles and batches"}};
 
 /// "7" or "1-48".
 FrameRange parseFrames(const std::string& text) {
@@ -79,7 +78,9 @@ void addProgress(CLI::App& verb, std::string& progress, int& threads) {
 }
 
 /// CLI11 reads "-1" as a size of two to the 64th less one.
-const CLI::Validator kNotNegative([](std::string& text) { return text.starts_with('-') ? "a size is wanted, not " + text : std::string(); }, "", "not negative");
+const CLI::Validator kNotNegative(
+    [](std::string& text) { return text.starts_with('-') ? "a size is wanted, not " + text : std::string(); }, "",
+    "not negative");
 
 void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& compression) {
     app.add_option("SCENE", a.scene, "Scene file (.toml)")->required();
@@ -106,7 +107,8 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
         "Invert the blur of trilinear look-ups");
     app.add_option("--grids", a.grids, "Grids to write, comma-separated: irradiance, direction, caustic, density ...")
         ->delimiter(',');
-    app.add_option("--post", a.post, "A step on the caustic grid: sharpen=A,B or dissipate=Z,SPEED; may be repeated (photic post --help)")
+    app.add_option("--post", a.post,
+                   "A step on the caustic grid: sharpen=A,B or dissipate=Z,SPEED; may be repeated (photic post --help)")
         ->allow_extra_args(false);
     app.add_option("--set", a.set, "METHOD.OPTION=VALUE, for instance beams.mesh=512; may be repeated")
         ->allow_extra_args(false);
@@ -126,7 +128,8 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
 const CLI::Validator kNotNan(
     [](std::string& text) {
         double value = 0;
-        return CLI::detail::lexical_cast(text, value) && std::isnan(value) ? "a number is wanted, not " + text : std::string();
+        return CLI::detail::lexical_cast(text, value) && std::isnan(value) ? "a number is wanted, not " + text
+                                                                           : std::string();
     },
     "", "not NaN");
 
@@ -142,9 +145,12 @@ void addPicture(CLI::App& app, PictureArguments& a) {
         ->allow_extra_args(false)
         ->check(CLI::IsMember({"x", "y", "z"}));
     app.add_option("--resolution", a.resolution, "Texels along a receiver's longer side")->check(CLI::Range(1, 16384));
-    app.add_option("--exposure", a.exposure, "Brightness of the display pictures")->check(CLI::PositiveNumber)->check(kNotNan);
+    app.add_option("--exposure", a.exposure, "Brightness of the display pictures")
+        ->check(CLI::PositiveNumber)
+        ->check(kNotNan);
     app.add_option("--max", a.max, "Top of the colour bar [W/m2] (default: from the picture)")
-        ->check(CLI::PositiveNumber)->check(kNotNan);
+        ->check(CLI::PositiveNumber)
+        ->check(kNotNan);
     app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures")
         ->check(CLI::IsMember(colourMapNames()));
     app.add_flag("--film-strip", a.film_strip, "One picture with all volumes side by side, of each thing asked for");
@@ -153,14 +159,20 @@ void addPicture(CLI::App& app, PictureArguments& a) {
     app.add_flag("--view-only", a.view_only, "Only that view");
     app.add_option("--eye", a.eye, "Camera position x,y,z [m], written --eye=-2,-3,2");
     app.add_option("--target", a.target, "Point looked at x,y,z [m]");
-    app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")->check(CLI::Range(1.0, 150.0))->check(kNotNan);
+    app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees]")
+        ->check(CLI::Range(1.0, 150.0))
+        ->check(kNotNan);
     app.add_option("--size", a.size, "Size of the view, for instance 960x640");
     app.add_option("--samples", a.samples, "Samples a side and pixel of the view")->check(CLI::Range(1, 16));
     app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view")
-        ->check(CLI::NonNegativeNumber)->check(kNotNan);
+        ->check(CLI::NonNegativeNumber)
+        ->check(kNotNan);
     app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's")
-        ->check(CLI::NonNegativeNumber)->check(kNotNan);
-    app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")->check(CLI::Range(-0.99, 0.99))->check(kNotNan);
+        ->check(CLI::NonNegativeNumber)
+        ->check(kNotNan);
+    app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering")
+        ->check(CLI::Range(-0.99, 0.99))
+        ->check(kNotNan);
     app.add_option("--look", a.look,
                    "cutaway (open sides, straight eye rays) or natural (solid sides, eye rays refract)")
         ->check(CLI::IsMember({"cutaway", "natural"}));
@@ -169,16 +181,22 @@ void addPicture(CLI::App& app, PictureArguments& a) {
 
 void addExport(CLI::App& app, ExportArguments& a) {
     app.add_option("VOLUME", a.volumes, "Light volume (.vdb); several are frames, laid out alike")->required();
-    app.add_option("-o,--output", a.output,
-                   "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a volume")
+    app.add_option(
+           "-o,--output", a.output,
+           "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a volume")
         ->required();
-    const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half}, {"float", NvdbPrecision::Float}};
-    app.add_option("--precision", a.precision, "Of an .nvdb: half (default) or float")->transform(CLI::CheckedTransformer(precisions).description("{half,float}"));
-    const std::map<std::string, NvdbCodec> codecs{{"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
+    const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half},
+                                                          {"float", NvdbPrecision::Float}};
+    app.add_option("--precision", a.precision, "Of an .nvdb: half (default) or float")
+        ->transform(CLI::CheckedTransformer(precisions).description("{half,float}"));
+    const std::map<std::string, NvdbCodec> codecs{
+        {"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
     app.add_option("--codec", a.codec, "Of an .nvdb: none (default, all that the run-time library reads), zip or blosc")
         ->transform(CLI::CheckedTransformer(codecs).description("{none,zip,blosc}"));
-    app.add_option("--budget", a.budget_mb, "Memory that a volume may take in a game [MiB]: leaves out what it must, and says what that costs");
-    app.add_option("--scene", a.scene, "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there");
+    app.add_option("--budget", a.budget_mb,
+                   "Memory that a volume may take in a game [MiB]: leaves out what it must, and says what that costs");
+    app.add_option("--scene", a.scene,
+                   "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there");
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 
@@ -251,28 +269,34 @@ Verb parseArguments(int argc, const char* const* argv) {
     compare_app->add_option("B", compare.b, "The reference, of the same kind")->required();
     compare_app
         ->add_option("--max-error", compare.max_error, "Exit with 1 above this relative L1 error, for instance 0.01")
-        ->check(CLI::NonNegativeNumber)->check(kNotNan);
+        ->check(CLI::NonNegativeNumber)
+        ->check(kNotNan);
     compare_app->add_option("--standard-error", compare.standard_error,
                             "Volume of B's standard error: adds chi-squared and z scores");
     compare_app->add_option("--bias-allowance", compare.bias_allowance, "Relative bias that the scores forgive")
-        ->check(CLI::Range(0.0, 1.0))->check(kNotNan);
+        ->check(CLI::Range(0.0, 1.0))
+        ->check(kNotNan);
     compare_app->add_option("--difference", compare.difference, "Write A - B as a colour-mapped PNG (images only)");
     compare_app->add_flag("--json", compare.json, "Print JSON on stdout");
     CLI::App* picture_app =
         app.add_subcommand("picture", "Show receivers as they will be lit, slices, x-rays and views");
     addPicture(*picture_app, picture);
-    CLI::App* export_app = app.add_subcommand("export", "Write a volume for games: .nvdb, .ktx2, .dds, .vf, or a slice atlas (.exr)");
+    CLI::App* export_app =
+        app.add_subcommand("export", "Write a volume for games: .nvdb, .ktx2, .dds, .vf, or a slice atlas (.exr)");
     addExport(*export_app, exported);
     CLI::App* methods_app = app.add_subcommand("methods", "List the bake methods and their options");
     methods_app->add_flag("--json", methods.json, "Print JSON on stdout");
     CLI::App* post_app = app.add_subcommand("post", "Sharpen or dissipate the caustic grid of a volume");
     post_app->add_option("VOLUME", post.volume, "Light volume (.vdb) with a grid 'caustic'")->required();
     post_app->add_option("-o,--output", post.output, "Volume to write")->required();
-    post_app->add_option("--step", post.steps,
-                         "sharpen=A,B: a * phi^b. dissipate=Z,SPEED: below the height Z [m] each layer is a step of a wave of "
-                         "SPEED voxels a layer. May be repeated; applied in order")
+    post_app
+        ->add_option(
+            "--step", post.steps,
+            "sharpen=A,B: a * phi^b. dissipate=Z,SPEED: below the height Z [m] each layer is a step of a wave of "
+            "SPEED voxels a layer. May be repeated; applied in order")
         ->allow_extra_args(false);
-    post_app->add_flag("--as-light", post.as_light, "Make the caustic grid the irradiance, for pictures and readers that want light");
+    post_app->add_flag("--as-light", post.as_light,
+                       "Make the caustic grid the irradiance, for pictures and readers that want light");
     post_app->add_flag("!--f32", post.file.half, "Store 32-bit floats instead of half floats");
     app.add_subcommand("view", "Show volumes, or water without a bake, in a window or as a screenshot");
     for (CLI::App* verb : {bake_app, inspect_app, compare_app, picture_app, export_app, methods_app, post_app})

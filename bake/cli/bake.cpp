@@ -54,13 +54,14 @@ std::string perChannel(const glm::dvec3& v) {
     return v.x == v.y && v.y == v.z ? fmt::format("{}", v.x) : fmt::format("[{},{},{}]", v.x, v.y, v.z);
 }
 
-/// After how much [m] along x and y the light repeats, or 0: the water does, nothing that blocks breaks it, and a whole period is
-/// in the box.
+/// After how much [m] along x and y the light repeats, or 0: the water does, nothing that blocks breaks it, and a whole
+/// period is in the box.
 glm::dvec2 periodOfLight(const Scene& scene) {
     if (scene.surfaces.empty()) return glm::dvec2(0);
     const glm::dvec2 period = scene.surfaces.front().size;
     for (const Surface& surface : scene.surfaces) {
-        if (!surface.height_field || surface.outside != Outside::Periodic || surface.size != period) return glm::dvec2(0);
+        if (!surface.height_field || surface.outside != Outside::Periodic || surface.size != period)
+            return glm::dvec2(0);
     }
     for (const Object& object : scene.objects) {
         const Plane* plane = std::get_if<Plane>(&object.shape);
@@ -78,7 +79,8 @@ void addSceneMetadata(const Scene& scene, std::map<std::string, std::string>& me
         metadata["absorption"] = perChannel(scene.medium.absorption);
         metadata["anisotropy"] = fmt::format("{}", scene.medium.anisotropy);
     }
-    if (const glm::dvec2 period = periodOfLight(scene); period != glm::dvec2(0)) metadata["period"] = fmt::format("[{},{},0]", period.x, period.y);
+    if (const glm::dvec2 period = periodOfLight(scene); period != glm::dvec2(0))
+        metadata["period"] = fmt::format("[{},{},0]", period.x, period.y);
 }
 
 /// True when `path` is a volume that was baked from these very inputs.
@@ -100,7 +102,8 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
     const GridSet& grids = scene.bake.grids;
     LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {}, {}};
     if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
-    if (grids.arrival_time && result.arrival_time) volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
+    if (grids.arrival_time && result.arrival_time)
+        volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
     if (grids.density) volume.scalars.emplace("density", mediumDensity(scene, volume.field.neededPtr()));
     volume.metadata = {{"version", "1"},
                        {"program", std::string("photic ") + kVersion},
@@ -261,7 +264,8 @@ void checkDistinct(const BakeArguments& arguments, const FrameRange& range) {
         std::error_code unknown;
         const auto [known, fresh] = files.emplace(fs::weakly_canonical(path, unknown), role);
         if (!fresh)
-            throw Error(ErrorCode::Usage, fmt::format("{} and {} are one file; give them names of their own", known->second, role), path);
+            throw Error(ErrorCode::Usage,
+                        fmt::format("{} and {} are one file; give them names of their own", known->second, role), path);
     };
     add("the scene", arguments.scene);
     if (!arguments.report_file.empty()) add("the report", arguments.report_file);

@@ -29,8 +29,8 @@ Json numbers(const Difference& d) {
         {"worst", {{"difference", d.worst()}, {"relative", d.relativeWorst()}, {"a", d.worstA()}, {"b", d.worstB()}}}};
 }
 
-/// What to add to b's index to get a's. The lattices must coincide, up to whole voxels: bakes of receivers alone number theirs
-/// by their leaves.
+/// What to add to b's index to get a's. The lattices must coincide, up to whole voxels: bakes of receivers alone number
+/// theirs by their leaves.
 glm::ivec3 offsetBetween(const CompareArguments& arguments, const GridFrame& a, const GridFrame& b) {
     const glm::dvec3 offset = glm::round(a.indexFromWorld(b.worldFromIndex(b.min)) - glm::dvec3(b.min));
     double apart = 0;
@@ -100,14 +100,17 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     glm::ivec3 worst_voxel{0};
     const auto visit = [&](const glm::ivec3& voxel) {
         for (int c = 0; c < b.field.channels().irradiance; ++c) {
-            if (light.add(static_cast<double>(a.field.value(voxel + in_a, c)), static_cast<double>(b.field.value(voxel, c))))
+            if (light.add(static_cast<double>(a.field.value(voxel + in_a, c)),
+                          static_cast<double>(b.field.value(voxel, c))))
                 worst_voxel = voxel;
         }
         if (flux) {
             const glm::dvec3 fa = a.field.flux(voxel + in_a), fb = b.field.flux(voxel);
             for (int c = 0; c < 3; ++c) flow.add(fa[c], fb[c]);
         }
-        if (sigma) scores.add(a.field.irradiance(voxel + in_a), b.field.irradiance(voxel), sigma->field.irradiance(voxel + in_sigma));
+        if (sigma)
+            scores.add(a.field.irradiance(voxel + in_a), b.field.irradiance(voxel),
+                       sigma->field.irradiance(voxel + in_sigma));
     };
     forEachVoxel(b.field.needed(), visit);
     forEachVoxel(a.field.needed(), [&](const glm::ivec3& voxel) {

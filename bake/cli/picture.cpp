@@ -65,7 +65,8 @@ glm::dvec3 parsePoint(const std::string& text, const char* option) {
         throw Error(ErrorCode::Usage, fmt::format("'{}' is no point; write {}=x,y,z in metres", text, option), option);
     }
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
-        throw Error(ErrorCode::Usage, fmt::format("'{}' is not finite; write {}=x,y,z in metres", text, option), option);
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is not finite; write {}=x,y,z in metres", text, option),
+                    option);
     return p;
 }
 
@@ -194,8 +195,8 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
 void warnOfAnotherScene(const Shot& shot, const std::string& path, Terminal& terminal) {
     const double baked = shot.volume.reference_irradiance, now = shot.scene.referenceIrradiance();
     if (std::fabs(baked - now) > 1e-6 * now)
-        terminal.warn(fmt::format("'{}' seems to be of another scene: its light has {:.6g} W/m2, that of '{}' {:.6g}", path, baked,
-                                  shot.scene.file, now));
+        terminal.warn(fmt::format("'{}' seems to be of another scene: its light has {:.6g} W/m2, that of '{}' {:.6g}",
+                                  path, baked, shot.scene.file, now));
     const GridFrame& volume = shot.volume.field.frame();
     const GridFrame scene = sceneFrame(shot.scene);
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);  // of the scene's box, in the volume's voxels
@@ -207,7 +208,8 @@ void warnOfAnotherScene(const Shot& shot, const std::string& path, Terminal& ter
     }
     for (int a = 0; a < 3; ++a) {
         if (high[a] >= volume.min[a] && low[a] <= volume.max[a]) continue;
-        terminal.warn(fmt::format("'{}' seems to be of another scene: it lies wholly outside the domain of '{}'", path, shot.scene.file));
+        terminal.warn(fmt::format("'{}' seems to be of another scene: it lies wholly outside the domain of '{}'", path,
+                                  shot.scene.file));
         return;
     }
 }

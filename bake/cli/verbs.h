@@ -79,12 +79,12 @@ struct PictureArguments {
 };
 
 struct ExportArguments {
-    std::vector<std::string> volumes;    ///< several: frames of a sequence, laid out alike
-    std::string output;                  ///< its extension says the format
+    std::vector<std::string> volumes;  ///< several: frames of a sequence, laid out alike
+    std::string output;                ///< its extension says the format
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
-    std::optional<double> budget_mb;     ///< of memory in a game
-    std::string scene;                   ///< where the receivers are, for the budget
+    std::optional<double> budget_mb;  ///< of memory in a game
+    std::string scene;                ///< where the receivers are, for the budget
     bool json = false;
 };
 

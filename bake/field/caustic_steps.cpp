@@ -16,7 +16,7 @@
 namespace photic {
 namespace {
 
-constexpr int kSmoothings = 4;    // of the layer that waves start from: lines become three voxels wide
+constexpr int kSmoothings = 4;  // of the layer that waves start from: lines become three voxels wide
 
 /// One layer of voxels as an image, 0 where nothing is needed.
 class LayerImage {
@@ -102,8 +102,10 @@ void sharpenCaustic(LightField& caustic, double a, double b, double sign) {
         }
     });
     if (!finite)
-        throw Error(ErrorCode::Input, fmt::format("sharpening by {:g} max(0, v)^{:g} leaves the range of a float; use a smaller "
-                                                  "factor or exponent", a, b));
+        throw Error(ErrorCode::Input,
+                    fmt::format("sharpening by {:g} max(0, v)^{:g} leaves the range of a float; use a smaller "
+                                "factor or exponent",
+                                a, b));
 }
 
 void dissipateCaustic(LightField& caustic, double threshold, double speed) {

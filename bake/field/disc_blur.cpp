@@ -17,9 +17,9 @@
 namespace photic {
 namespace {
 
-constexpr double kSmallest = 0.02;        // [voxels] changes a voxel by less than 1e-4 of its neighbours' difference
-constexpr int kLargest = 64;              // [voxels]
-constexpr int kLanes = 8;                 // z layers of a leaf
+constexpr double kSmallest = 0.02;  // [voxels] changes a voxel by less than 1e-4 of its neighbours' difference
+constexpr int kLargest = 64;        // [voxels]
+constexpr int kLanes = 8;           // z layers of a leaf
 
 // Share of an evenly bright disc of radius `radius` that lies left of x.
 double semicircleBelow(double x, double radius) {
@@ -38,7 +38,7 @@ double momentOnVoxels(double radius) {
 // The radius for which that is radius^2 / 4, the disc's own. It grows with the radius: bisection.
 double radiusForMoment(double radius) {
     const double target = 0.25 * radius * radius;
-    double low = 0.5, high = radius + 1;      // up to 1/2 all light stays in one voxel
+    double low = 0.5, high = radius + 1;  // up to 1/2 all light stays in one voxel
     for (int i = 0; i < 60; ++i) (momentOnVoxels(0.5 * (low + high)) < target ? low : high) = 0.5 * (low + high);
     return 0.5 * (low + high);
 }
@@ -51,8 +51,10 @@ DiscStencil discStencil(const LayerKernel& kernel) {
     const double reach_x = std::hypot(a[0].x, a[1].x), reach_y = std::hypot(a[0].y, a[1].y);
     const double reach = std::max(reach_x, reach_y);
     if (!(reach <= kLargest))
-        throw Error(ErrorCode::Input, fmt::format("the light's disc covers {:.3g} voxels either way at its widest, more than {}; use a "
-                                                  "smaller angular_diameter or larger voxels", reach, kLargest));
+        throw Error(ErrorCode::Input,
+                    fmt::format("the light's disc covers {:.3g} voxels either way at its widest, more than {}; use a "
+                                "smaller angular_diameter or larger voxels",
+                                reach, kLargest));
     DiscStencil stencil;
     if (reach < kSmallest) return stencil;
 
@@ -67,10 +69,12 @@ DiscStencil discStencil(const LayerKernel& kernel) {
     const int width = 2 * stencil.radius + 1;
     stencil.weights.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(width), 0.0);
     // The disc in strips of x = wide_x sin(t): the share of a strip is 2/pi cos^2(t) dt, spread evenly over its chord.
-    constexpr int kStrips = 48;               // a voxel
+    constexpr int kStrips = 48;  // a voxel
     for (int i = -stencil.radius; i <= stencil.radius; ++i) {
-        const double t0 = std::asin(std::clamp((i - 0.5) / wide_x, -1.0, 1.0)), t1 = std::asin(std::clamp((i + 0.5) / wide_x, -1.0, 1.0));
-        const double share = reach_x > 0 ? semicircleBelow(i + 0.5, wide_x) - semicircleBelow(i - 0.5, wide_x) : (i == 0 ? 1.0 : 0.0);
+        const double t0 = std::asin(std::clamp((i - 0.5) / wide_x, -1.0, 1.0)),
+                     t1 = std::asin(std::clamp((i + 0.5) / wide_x, -1.0, 1.0));
+        const double share =
+            reach_x > 0 ? semicircleBelow(i + 0.5, wide_x) - semicircleBelow(i - 0.5, wide_x) : (i == 0 ? 1.0 : 0.0);
         if (share <= 0) continue;
         double* column = stencil.weights.data() + (i + stencil.radius) * width + stencil.radius;
         double total = 0;
@@ -85,7 +89,8 @@ DiscStencil discStencil(const LayerKernel& kernel) {
             const double y0 = middle - reach_of_chord, y1 = middle + reach_of_chord;
             for (int j = static_cast<int>(std::floor(y0 + 0.5)); j <= static_cast<int>(std::floor(y1 + 0.5)); ++j) {
                 const double overlap = std::min(y1, j + 0.5) - std::max(y0, j - 0.5);
-                column[std::clamp(j, -stencil.radius, stencil.radius)] += strip * std::max(overlap, 0.0) / (2 * reach_of_chord);
+                column[std::clamp(j, -stencil.radius, stencil.radius)] +=
+                    strip * std::max(overlap, 0.0) / (2 * reach_of_chord);
             }
         }
     }
@@ -153,12 +158,16 @@ void convolvePortable(const LeafStencil& stencil, const float* tile, float* out)
 
 using Convolve = void (*)(const LeafStencil&, const float*, float*);
 #if defined(__x86_64__) && defined(__GNUC__)
-[[gnu::target("avx2,fma")]] void convolveAvx2(const LeafStencil& stencil, const float* tile, float* out) { convolveBody(stencil, tile, out); }
-[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512")]] void convolveAvx512(const LeafStencil& stencil, const float* tile, float* out) {
+[[gnu::target("avx2,fma")]] void convolveAvx2(const LeafStencil& stencil, const float* tile, float* out) {
+    convolveBody(stencil, tile, out);
+}
+[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512")]] void convolveAvx512(
+    const LeafStencil& stencil, const float* tile, float* out) {
     convolveBody(stencil, tile, out);
 }
 Convolve chooseConvolve() {
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512bw"))
         return convolveAvx512;
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? convolveAvx2 : convolvePortable;
 }
@@ -169,15 +178,16 @@ Convolve chooseConvolve() { return convolvePortable; }
 // Leaves of one leaf layer, with copies of those that hold light.
 struct LeafLayer {
     std::vector<int> slots;
-    std::vector<float> before;               // channels x 512 for each lit leaf, in slot order
-    std::vector<std::int32_t> lit;           // per entry of `slots`: its place in `before`, or -1
-    std::vector<std::uint8_t> constant;      // per entry of `slots`: it was Constant
+    std::vector<float> before;           // channels x 512 for each lit leaf, in slot order
+    std::vector<std::int32_t> lit;       // per entry of `slots`: its place in `before`, or -1
+    std::vector<std::uint8_t> constant;  // per entry of `slots`: it was Constant
 };
 
 // What the 8 + 2 radius columns around a leaf hold, cut from the nine or more leaves that they lie in.
 class TileReader {
 public:
-    TileReader(const LightField& field, const LeafLayer& layer, const std::vector<std::int32_t>& place_of_slot, int radius)
+    TileReader(const LightField& field, const LeafLayer& layer, const std::vector<std::int32_t>& place_of_slot,
+               int radius)
         : field_(field), layer_(layer), place_of_slot_(place_of_slot), radius_(radius), side_(8 + 2 * radius) {
         tile_.resize(static_cast<std::size_t>(side_ * side_ * kLanes));
     }
@@ -200,25 +210,37 @@ public:
     const float* channel(int c, int channels) {
         return gather([&](int slot, int column, float* to) {
             const std::int32_t place = slot >= 0 ? litPlace(slot) : -1;
-            if (place < 0) std::fill_n(to, kLanes, 0.0f);
-            else std::memcpy(to, layer_.before.data() + (std::size_t(place) * std::size_t(channels) + std::size_t(c)) * LightField::kLeafVoxels + column * kLanes, kLanes * sizeof(float));
+            if (place < 0)
+                std::fill_n(to, kLanes, 0.0f);
+            else
+                std::memcpy(
+                    to,
+                    layer_.before.data() +
+                        (std::size_t(place) * std::size_t(channels) + std::size_t(c)) * LightField::kLeafVoxels +
+                        column * kLanes,
+                    kLanes * sizeof(float));
         });
     }
     const float* needed() {
         return gather([&](int slot, int column, float* to) {
-            for (int k = 0; k < kLanes; ++k) to[k] = slot >= 0 && NeededVoxels::maskBit(field_.needed().mask(slot), column * kLanes + k) ? 1.0f : 0.0f;
+            for (int k = 0; k < kLanes; ++k)
+                to[k] =
+                    slot >= 0 && NeededVoxels::maskBit(field_.needed().mask(slot), column * kLanes + k) ? 1.0f : 0.0f;
         });
     }
 
 private:
-    std::int32_t litPlace(int slot) const { return layer_.lit[static_cast<std::size_t>(place_of_slot_[static_cast<std::size_t>(slot)])]; }
+    std::int32_t litPlace(int slot) const {
+        return layer_.lit[static_cast<std::size_t>(place_of_slot_[static_cast<std::size_t>(slot)])];
+    }
     bool sameConstant() const {
         const auto channels = static_cast<std::size_t>(field_.channels().count());
         const auto first = [&](int slot, std::size_t c) {
             return layer_.before[(static_cast<std::size_t>(litPlace(slot)) * channels + c) * LightField::kLeafVoxels];
         };
         for (const auto& leaf : slots_) {
-            if (!layer_.constant[static_cast<std::size_t>(place_of_slot_[static_cast<std::size_t>(leaf.slot)])]) return false;
+            if (!layer_.constant[static_cast<std::size_t>(place_of_slot_[static_cast<std::size_t>(leaf.slot)])])
+                return false;
             for (std::size_t c = 0; c < channels; ++c)
                 if (first(leaf.slot, c) != first(slots_.front().slot, c)) return false;
         }
@@ -246,7 +268,8 @@ private:
     std::vector<float> tile_;
 };
 
-void blurLeaf(LightField& field, int slot, const LeafStencil& stencil, TileReader& tiles, BeyondNeeded beyond, Convolve convolve) {
+void blurLeaf(LightField& field, int slot, const LeafStencil& stencil, TileReader& tiles, BeyondNeeded beyond,
+              Convolve convolve) {
     bool all_needed = true;
     if (!tiles.locate(field.needed().leafOrigin(slot), all_needed)) return;
     const int channels = field.channels().count();
@@ -293,7 +316,8 @@ double blurLayers(LightField& field, const std::function<LayerKernel(int k)>& ke
     for (const auto& [z, slots] : slots_of_layer) origins.push_back(z);
     std::vector<LeafStencil> stencils(origins.size());
     parallelFor(static_cast<std::int64_t>(origins.size()), [&](std::int64_t i) {
-        stencils[static_cast<std::size_t>(i)] = leafStencil(origins[static_cast<std::size_t>(i)], field.frame().min.z, field.frame().max.z, kernel_of_layer);
+        stencils[static_cast<std::size_t>(i)] = leafStencil(origins[static_cast<std::size_t>(i)], field.frame().min.z,
+                                                            field.frame().max.z, kernel_of_layer);
     });
 
     LeafLayer layer;
@@ -313,14 +337,18 @@ double blurLayers(LightField& field, const std::function<LayerKernel(int k)>& ke
         constexpr std::int64_t kBlock = 16;
         const auto count = static_cast<std::int64_t>(layer.slots.size());
         parallelFor((count + kBlock - 1) / kBlock, [&](std::int64_t block) {
-            for (auto i = static_cast<std::size_t>(block * kBlock); i < static_cast<std::size_t>(std::min(count, (block + 1) * kBlock)); ++i) {
+            for (auto i = static_cast<std::size_t>(block * kBlock);
+                 i < static_cast<std::size_t>(std::min(count, (block + 1) * kBlock)); ++i) {
                 if (layer.lit[i] < 0) continue;
                 float* to = layer.before.data() + static_cast<std::size_t>(layer.lit[i]) * leaf_floats;
                 const int slot = layer.slots[i];
                 const auto& mask = needed.mask(slot);
                 for (std::size_t c = 0; c < channels; ++c, to += LightField::kLeafVoxels) {
-                    if (field.state(slot) == LeafState::Dense) std::memcpy(to, field.dense(slot) + c * LightField::kLeafVoxels, sizeof(float) * LightField::kLeafVoxels);
-                    else std::fill_n(to, LightField::kLeafVoxels, field.constant(slot)[c]);
+                    if (field.state(slot) == LeafState::Dense)
+                        std::memcpy(to, field.dense(slot) + c * LightField::kLeafVoxels,
+                                    sizeof(float) * LightField::kLeafVoxels);
+                    else
+                        std::fill_n(to, LightField::kLeafVoxels, field.constant(slot)[c]);
                     if (needed.leafFull(slot)) continue;
                     for (int v = 0; v < LightField::kLeafVoxels; ++v)
                         if (!NeededVoxels::maskBit(mask, v)) to[v] = 0;

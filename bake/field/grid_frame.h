@@ -12,8 +12,8 @@ namespace photic {
 /// An affine voxel grid: voxel (i,j,k) is centred at world = linear * (i,j,k) + origin.
 /// Index bounds are inclusive; the box that is covered reaches half a voxel further.
 struct GridFrame {
-    glm::dmat3 world_from_index{1.0};   ///< linear part [m per voxel]; may be sheared
-    glm::dvec3 origin_world{0};         ///< centre of voxel (0,0,0)
+    glm::dmat3 world_from_index{1.0};  ///< linear part [m per voxel]; may be sheared
+    glm::dvec3 origin_world{0};        ///< centre of voxel (0,0,0)
     glm::ivec3 min{0}, max{-1};
 
     glm::dvec3 worldFromIndex(const glm::dvec3& p) const { return world_from_index * p + origin_world; }

@@ -22,7 +22,9 @@ void forEachLitVoxel(const LightField& field, int slot, Body body) {
     for (int i = 0; i < LightField::kLeafVoxels; ++i) {
         if (!NeededVoxels::maskBit(mask, i)) continue;
         for (std::size_t c = 0; c < channels; ++c)
-            v[c] = field.state(slot) == LeafState::Dense ? field.dense(slot)[c * LightField::kLeafVoxels + static_cast<std::size_t>(i)] : field.constant(slot)[c];
+            v[c] = field.state(slot) == LeafState::Dense
+                       ? field.dense(slot)[c * LightField::kLeafVoxels + static_cast<std::size_t>(i)]
+                       : field.constant(slot)[c];
         body(i, v);
     }
 }
@@ -106,7 +108,8 @@ std::vector<LawCheck> checkLaws(const LightField& field) {
                 e.brightest = std::max(e.brightest, mean);
                 if (field.channels().flux) {
                     const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2]));
-                    if (length > mean) e.excess = std::max(e.excess, length > 0 ? (length - std::max(mean, 0.0)) / length : 0.0);
+                    if (length > mean)
+                        e.excess = std::max(e.excess, length > 0 ? (length - std::max(mean, 0.0)) / length : 0.0);
                 }
             });
     });
@@ -117,9 +120,12 @@ std::vector<LawCheck> checkLaws(const LightField& field) {
         all.brightest = std::max(all.brightest, e.brightest);
         all.excess = std::max(all.excess, e.excess);
     }
-    const auto check = [](const char* name, double value, double limit) { return LawCheck{name, value, limit, value <= limit}; };
+    const auto check = [](const char* name, double value, double limit) {
+        return LawCheck{name, value, limit, value <= limit};
+    };
     return {check("voxels with a value that is not finite", all.not_finite, 0),
-            check("negative irradiance, of the brightest voxel", all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, 0),
+            check("negative irradiance, of the brightest voxel",
+                  all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, 0),
             // Single precision sums of many arrivals round to this.
             check("flux longer than irradiance, of its length", all.excess, 1e-5)};
 }

@@ -8,8 +8,8 @@
 
 namespace photic {
 
-/// Net power out of the box of voxels [min, max] (inclusive) divided by the sum of absolute power through its six sides;
-/// 0 without absorption. Face flux is taken in the voxels on either side of the face, averaged.
+/// Net power out of the box of voxels [min, max] (inclusive) divided by the sum of absolute power through its six
+/// sides; 0 without absorption. Face flux is taken in the voxels on either side of the face, averaged.
 double netFluxThroughBox(const LightField& field, const glm::ivec3& min, const glm::ivec3& max);
 
 /// Downward power [W] through each z layer of voxels: -sum of (flux . area vector), one value per layer of the frame,

@@ -55,7 +55,7 @@ private:
 #ifdef PHOTIC_HAS_MMAP
         munmap(m.address, m.bytes);
 #else
-        ::operator delete(m.address, std::align_val_t{64});
+        ::operator delete (m.address, std::align_val_t{64});
 #endif
     }
     std::mutex mutex_;
@@ -99,23 +99,24 @@ LeafArena::Chunk* LeafArena::addChunk() {
         if (huge) address = (address + kHugePage - 1) & ~(kHugePage - 1);
         chunk->base = reinterpret_cast<std::byte*>(address);
 #ifdef MADV_HUGEPAGE
-        if (huge && chunk->fresh) madvise(chunk->base, wanted, MADV_HUGEPAGE);   // advice only: small pages work too
+        if (huge && chunk->fresh) madvise(chunk->base, wanted, MADV_HUGEPAGE);  // advice only: small pages work too
 #endif
     }
 #else
     chunk->mapped_bytes = wanted;
     chunk->fresh = false;
-    chunk->mapping = ::operator new(wanted, std::align_val_t{64}, std::nothrow);
+    chunk->mapping = ::operator new (wanted, std::align_val_t{64}, std::nothrow);
     const bool failed = chunk->mapping == nullptr;
     chunk->base = static_cast<std::byte*>(chunk->mapping);
 #endif
     if (failed) {
         std::size_t held = 0;
         for (const Chunk* c : chunks_) held += c->items * item_bytes_;
-        throw Error(ErrorCode::Failed,
-                    fmt::format("out of memory: the light field holds {} MiB and could not get {} MiB more; use larger voxels, "
-                                "a smaller domain, or where = \"receivers\"",
-                                held >> 20, (wanted + kHugePage - 1) >> 20));
+        throw Error(
+            ErrorCode::Failed,
+            fmt::format("out of memory: the light field holds {} MiB and could not get {} MiB more; use larger voxels, "
+                        "a smaller domain, or where = \"receivers\"",
+                        held >> 20, (wanted + kHugePage - 1) >> 20));
     }
     chunk->items = chunk_items_;
     chunks_.push_back(chunk.get());

@@ -11,8 +11,8 @@ namespace photic {
 
 /// Memory for many items of one size, carved from large chunks: 64-byte aligned, zero when fresh, thread-safe.
 /// Chunks are mapped on 2 MiB borders with huge pages where the system has them: first touch of a field is dominated
-/// by page faults otherwise. Nothing is resident before it is touched. Up to 512 MiB of chunks that are given back wait for
-/// the next arena: the frames of a sequence use the same memory.
+/// by page faults otherwise. Nothing is resident before it is touched. Up to 512 MiB of chunks that are given back wait
+/// for the next arena: the frames of a sequence use the same memory.
 class LeafArena {
 public:
     /// @param item_bytes  multiple of 64
@@ -36,7 +36,7 @@ private:
         std::size_t mapped_bytes;
         std::byte* base;
         std::size_t items;
-        bool fresh;   ///< zero until touched
+        bool fresh;  ///< zero until touched
         std::atomic<std::size_t> next{0};
     };
     Chunk* addChunk();
@@ -44,7 +44,7 @@ private:
     std::size_t item_bytes_, chunk_items_;
     std::atomic<Chunk*> current_{nullptr};
     std::atomic<std::size_t> free_count_{0};
-    mutable std::mutex mutex_;                 // guards what follows
+    mutable std::mutex mutex_;  // guards what follows
     std::vector<Chunk*> chunks_;
     std::vector<void*> free_;
 };

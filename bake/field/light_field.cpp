@@ -17,7 +17,8 @@ namespace photic {
 struct LightField::Arena {
     Arena(FieldChannels channels, std::int64_t max_leaves)
         : leaves(static_cast<std::size_t>(channels.count()) * kLeafVoxels * sizeof(float), max_leaves),
-          constants((static_cast<std::size_t>(channels.count()) * sizeof(float) + 63) / 64 * 64, std::min<std::int64_t>(max_leaves, 1024)) {}
+          constants((static_cast<std::size_t>(channels.count()) * sizeof(float) + 63) / 64 * 64,
+                    std::min<std::int64_t>(max_leaves, 1024)) {}
     LeafArena leaves, constants;
 };
 
@@ -28,8 +29,10 @@ LightField::LightField(std::shared_ptr<const NeededVoxels> needed, FieldChannels
         states_.assign(count, LeafState::Empty);
         data_.assign(count, nullptr);
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::Failed, fmt::format("out of memory: the table of {} blocks of 8^3 voxels needs {} MiB; use larger "
-                                                   "voxels or a smaller domain", count, (count * 9) >> 20));
+        throw Error(ErrorCode::Failed,
+                    fmt::format("out of memory: the table of {} blocks of 8^3 voxels needs {} MiB; use larger "
+                                "voxels or a smaller domain",
+                                count, (count * 9) >> 20));
     }
     arena_ = std::make_unique<Arena>(channels, needed_->leafCount());
 }
@@ -90,9 +93,12 @@ float LightField::value(const glm::ivec3& voxel, int channel) const {
     const int offset = NeededVoxels::offsetInLeaf(voxel);
     if (!NeededVoxels::maskBit(needed_->mask(slot), offset)) return 0;
     switch (state(slot)) {
-        case LeafState::Empty: return 0;
-        case LeafState::Constant: return data_[static_cast<std::size_t>(slot)][channel];
-        case LeafState::Dense: break;
+        case LeafState::Empty:
+            return 0;
+        case LeafState::Constant:
+            return data_[static_cast<std::size_t>(slot)][channel];
+        case LeafState::Dense:
+            break;
     }
     return data_[static_cast<std::size_t>(slot)][channel * kLeafVoxels + offset];
 }

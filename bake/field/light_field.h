@@ -13,15 +13,15 @@ namespace photic {
 
 /// Which channels a field carries. Storage order: irradiance (1 or 3), then flux x y z if present.
 struct FieldChannels {
-    int irradiance = 1;      ///< 1: white, 3: red green blue
-    bool flux = true;        ///< flux vector [W/m2], weighted by the mean of the irradiance channels
+    int irradiance = 1;  ///< 1: white, 3: red green blue
+    bool flux = true;    ///< flux vector [W/m2], weighted by the mean of the irradiance channels
     int count() const { return irradiance + (flux ? 3 : 0); }
 };
 
 enum class LeafState : std::uint8_t {
-    Empty,      ///< all zero, no memory
-    Constant,   ///< one value per channel
-    Dense       ///< channels x 512 floats
+    Empty,     ///< all zero, no memory
+    Constant,  ///< one value per channel
+    Dense      ///< channels x 512 floats
 };
 
 /// Light on the needed voxels: physical fluence rate E [W/m2] and flux F = sum of E_j w_j [W/m2, world axes],

@@ -33,9 +33,9 @@ NeededVoxels::NeededVoxels(const GridFrame& frame) : frame_(frame) {
         leaves *= double((frame.max[a] >> 3) - (frame.min[a] >> 3) + 1);
     }
     if (leaves > double(kMaxLeaves))
-        throw Error(ErrorCode::Input,
-                    fmt::format("a grid of {} x {} x {} voxels has {:.6g} blocks of 8^3, more than {}; use larger voxels or a smaller domain",
-                                size[0], size[1], size[2], leaves, kMaxLeaves));
+        throw Error(ErrorCode::Input, fmt::format("a grid of {} x {} x {} voxels has {:.6g} blocks of 8^3, more than "
+                                                  "{}; use larger voxels or a smaller domain",
+                                                  size[0], size[1], size[2], leaves, kMaxLeaves));
     leaf_min_ = frame.min >> 3;
     leaf_size_ = (frame.max >> 3) - leaf_min_ + 1;
     page_size_ = (leaf_size_ + ((1 << kPageBits) - 1)) >> kPageBits;
@@ -69,7 +69,8 @@ NeededVoxels NeededVoxels::everything(const GridFrame& frame) {
 NeededVoxels NeededVoxels::none(const GridFrame& frame) {
     NeededVoxels needed(frame);
     needed.pages_.assign(static_cast<std::size_t>(needed.page_size_.x) * static_cast<std::size_t>(needed.page_size_.y) *
-                             static_cast<std::size_t>(needed.page_size_.z), -1);
+                             static_cast<std::size_t>(needed.page_size_.z),
+                         -1);
     return needed;
 }
 
@@ -81,8 +82,9 @@ NeededVoxels::Mask& NeededVoxels::maskToAddTo(const glm::ivec3& origin) {
         slots_.resize(slots_.size() + kPageLeaves, -1);
     }
     constexpr int m = (1 << kPageBits) - 1;
-    auto& slot = slots_[static_cast<std::size_t>(page) * kPageLeaves +
-                        static_cast<std::size_t>(((leaf.x & m) << kPageBits | (leaf.y & m)) << kPageBits | (leaf.z & m))];
+    auto& slot =
+        slots_[static_cast<std::size_t>(page) * kPageLeaves +
+               static_cast<std::size_t>(((leaf.x & m) << kPageBits | (leaf.y & m)) << kPageBits | (leaf.z & m))];
     if (slot < 0) {
         slot = static_cast<std::int32_t>(masks_.size());
         leaf_origins_.push_back(origin);
@@ -118,7 +120,8 @@ void NeededVoxels::finish() {
     std::vector<std::int32_t> order(leaf_origins_.size());
     std::iota(order.begin(), order.end(), 0);
     const auto before = [&](std::int32_t a, std::int32_t b) {
-        const glm::ivec3 &p = leaf_origins_[static_cast<std::size_t>(a)], &q = leaf_origins_[static_cast<std::size_t>(b)];
+        const glm::ivec3 &p = leaf_origins_[static_cast<std::size_t>(a)],
+                         &q = leaf_origins_[static_cast<std::size_t>(b)];
         return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
     };
     if (!std::is_sorted(order.begin(), order.end(), before)) std::sort(order.begin(), order.end(), before);
@@ -146,7 +149,8 @@ void NeededVoxels::finish() {
 }
 
 std::int64_t NeededVoxels::bytes() const {
-    return static_cast<std::int64_t>(sizeof(*this) + 4 * (pages_.capacity() + slots_.capacity() + mask_index_.capacity()) +
+    return static_cast<std::int64_t>(sizeof(*this) +
+                                     4 * (pages_.capacity() + slots_.capacity() + mask_index_.capacity()) +
                                      sizeof(glm::ivec3) * leaf_origins_.capacity() + sizeof(Mask) * masks_.capacity());
 }
 

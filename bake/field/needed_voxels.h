@@ -39,9 +39,9 @@ public:
 
     const GridFrame& frame() const { return frame_; }
     bool isEverything() const { return everything_; }
-    std::int64_t count() const { return count_; }                   ///< needed voxels
+    std::int64_t count() const { return count_; }  ///< needed voxels
     int leafCount() const { return leaf_count_; }
-    glm::ivec3 leafOrigin(int slot) const {                         ///< multiple of 8
+    glm::ivec3 leafOrigin(int slot) const {  ///< multiple of 8
         return everything_ ? originOf(slot) : leaf_origins_[static_cast<std::size_t>(slot)];
     }
     const Mask& mask(int slot) const {
@@ -72,11 +72,13 @@ public:
     std::int64_t bytes() const;
 
     static int offsetInLeaf(const glm::ivec3& v) { return (v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7); }
-    static bool maskBit(const Mask& m, int offset) { return m[static_cast<std::size_t>(offset >> 6)] >> (offset & 63) & 1; }
+    static bool maskBit(const Mask& m, int offset) {
+        return m[static_cast<std::size_t>(offset >> 6)] >> (offset & 63) & 1;
+    }
 
 private:
     static constexpr Mask kFull{~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull, ~0ull};
-    static constexpr int kPageBits = 4;                              // a page is 16^3 leaves
+    static constexpr int kPageBits = 4;  // a page is 16^3 leaves
     static constexpr std::size_t kPageLeaves = std::size_t{1} << (3 * kPageBits);
 
     explicit NeededVoxels(const GridFrame& frame);
@@ -102,7 +104,8 @@ private:
     }
     std::size_t pageOf(int x, int y, int z) const {
         return (static_cast<std::size_t>(x >> kPageBits) * static_cast<std::size_t>(page_size_.y) +
-                static_cast<std::size_t>(y >> kPageBits)) * static_cast<std::size_t>(page_size_.z) +
+                static_cast<std::size_t>(y >> kPageBits)) *
+                   static_cast<std::size_t>(page_size_.z) +
                static_cast<std::size_t>(z >> kPageBits);
     }
     Mask& maskToAddTo(const glm::ivec3& origin);
@@ -111,11 +114,11 @@ private:
     bool everything_ = false;
     std::int64_t count_ = 0;
     int leaf_count_ = 0;
-    glm::ivec3 leaf_min_{0}, leaf_size_{0}, page_size_{0};   // in leaf coordinates; in pages
+    glm::ivec3 leaf_min_{0}, leaf_size_{0}, page_size_{0};  // in leaf coordinates; in pages
     std::array<Mask, 27> border_masks_{};
-    std::vector<std::int32_t> pages_, slots_;                // -1: none
+    std::vector<std::int32_t> pages_, slots_;  // -1: none
     std::vector<glm::ivec3> leaf_origins_;
-    std::vector<std::int32_t> mask_index_;                   // per slot; -1: full
+    std::vector<std::int32_t> mask_index_;  // per slot; -1: full
     std::vector<Mask> masks_;
 };
 

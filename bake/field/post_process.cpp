@@ -34,7 +34,8 @@ void restoreFluxBound(LightField& field) {
     if (!field.channels().flux) return;
     const int irradiance = field.channels().irradiance;
     forEachLeaf(field.needed(), [&](int slot) {
-        if (field.state(slot) == LeafState::Dense) boundFlux(field.dense(slot), irradiance, LightField::kLeafVoxels, LightField::kLeafVoxels);
+        if (field.state(slot) == LeafState::Dense)
+            boundFlux(field.dense(slot), irradiance, LightField::kLeafVoxels, LightField::kLeafVoxels);
         if (field.state(slot) == LeafState::Constant) {
             std::array<float, 8> values{};
             std::copy(field.constant(slot).begin(), field.constant(slot).end(), values.begin());
@@ -76,7 +77,8 @@ int collapseConstantLeaves(LightField& field, double relative, double threshold)
             return;
         }
         for (std::size_t c = 0; c < channels; ++c)
-            if (!(double(high[c] - low[c]) <= relative * double(brightest))) return;   // a NaN stays where it can be found
+            if (!(double(high[c] - low[c]) <= relative * double(brightest)))
+                return;  // a NaN stays where it can be found
         std::array<float, 8> mean{};
         for (std::size_t c = 0; c < channels; ++c) mean[c] = static_cast<float>(sum[c] / count);
         field.setConstant(slot, mean);

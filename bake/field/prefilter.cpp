@@ -21,9 +21,9 @@ namespace photic {
 namespace {
 
 constexpr std::size_t kLeaf = LightField::kLeafVoxels;
-constexpr int kLines = 64;                // lines of voxels side by side in a row of leaves
+constexpr int kLines = 64;  // lines of voxels side by side in a row of leaves
 constexpr float kSide = 0.125f;
-constexpr float kNegligible = 1e-6f;      // of the largest value in a row of leaves
+constexpr float kNegligible = 1e-6f;  // of the largest value in a row of leaves
 
 // Copies one channel of a leaf to planes [position along the axis][line], and back.
 void loadPlanes(const float* leaf, int axis, float* planes) {
@@ -31,7 +31,8 @@ void loadPlanes(const float* leaf, int axis, float* planes) {
         std::memcpy(planes, leaf, sizeof(float) * kLeaf);
     } else if (axis == 1) {
         for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y) std::memcpy(planes + y * kLines + x * 8, leaf + x * 64 + y * 8, 8 * sizeof(float));
+            for (int y = 0; y < 8; ++y)
+                std::memcpy(planes + y * kLines + x * 8, leaf + x * 64 + y * 8, 8 * sizeof(float));
     } else {
         for (int line = 0; line < kLines; ++line)
             for (int z = 0; z < 8; ++z) planes[z * kLines + line] = leaf[line * 8 + z];
@@ -43,7 +44,8 @@ void storePlanes(const float* planes, int axis, float* leaf) {
         std::memcpy(leaf, planes, sizeof(float) * kLeaf);
     } else if (axis == 1) {
         for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y) std::memcpy(leaf + x * 64 + y * 8, planes + y * kLines + x * 8, 8 * sizeof(float));
+            for (int y = 0; y < 8; ++y)
+                std::memcpy(leaf + x * 64 + y * 8, planes + y * kLines + x * 8, 8 * sizeof(float));
     } else {
         for (int line = 0; line < kLines; ++line)
             for (int z = 0; z < 8; ++z) leaf[line * 8 + z] = planes[z * kLines + line];
@@ -134,11 +136,13 @@ bool oneRun(const NeededVoxels& needed, const LeafRow& row, int axis, int& first
     return true;
 }
 
-// Filters a row of leaves, channel after channel. The planes of a channel stay in `scratch` when some leaf is not Dense,
-// since all channels together decide whether it becomes so.
+// Filters a row of leaves, channel after channel. The planes of a channel stay in `scratch` when some leaf is not
+// Dense, since all channels together decide whether it becomes so.
 void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
     const NeededVoxels& needed = field.needed();
-    const auto hasState = [&](LeafState state) { return [&field, state](int slot) { return field.state(slot) == state; }; };
+    const auto hasState = [&](LeafState state) {
+        return [&field, state](int slot) { return field.state(slot) == state; };
+    };
     if (std::all_of(row.slots.begin(), row.slots.end(), hasState(LeafState::Empty))) return;
     const bool dense = std::all_of(row.slots.begin(), row.slots.end(), hasState(LeafState::Dense));
     const auto leaves = row.slots.size();
@@ -153,7 +157,8 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
         std::array<float, kLeaf> bits;
         for (std::size_t n = 0; n < leaves; ++n) {
             const auto& mask = needed.mask(row.slots[n]);
-            for (std::size_t i = 0; i < kLeaf; ++i) bits[i] = NeededVoxels::maskBit(mask, static_cast<int>(i)) ? 1.0f : 0.0f;
+            for (std::size_t i = 0; i < kLeaf; ++i)
+                bits[i] = NeededVoxels::maskBit(mask, static_cast<int>(i)) ? 1.0f : 0.0f;
             loadPlanes(bits.data(), axis, scratch.known.data() + n * kLeaf);
         }
     }
@@ -163,8 +168,11 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
         float* planes = scratch.planes.data() + (dense ? 0 : c * length);
         for (std::size_t n = 0; n < leaves; ++n) {
             const int slot = row.slots[n];
-            if (field.state(slot) == LeafState::Dense) loadPlanes(field.dense(slot) + c * kLeaf, axis, planes + n * kLeaf);
-            else std::fill_n(planes + n * kLeaf, kLeaf, field.state(slot) == LeafState::Constant ? field.constant(slot)[c] : 0.0f);
+            if (field.state(slot) == LeafState::Dense)
+                loadPlanes(field.dense(slot) + c * kLeaf, axis, planes + n * kLeaf);
+            else
+                std::fill_n(planes + n * kLeaf, kLeaf,
+                            field.state(slot) == LeafState::Constant ? field.constant(slot)[c] : 0.0f);
         }
         if (whole) {
             solveWhole(planes, first, last, run);
@@ -173,7 +181,8 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
             solveMasked(planes, scratch.known.data(), static_cast<int>(leaves) * 8, scratch.upper);
         }
         if (dense)
-            for (std::size_t n = 0; n < leaves; ++n) storePlanes(planes + n * kLeaf, axis, field.dense(row.slots[n]) + c * kLeaf);
+            for (std::size_t n = 0; n < leaves; ++n)
+                storePlanes(planes + n * kLeaf, axis, field.dense(row.slots[n]) + c * kLeaf);
     }
     if (dense) return;
 
@@ -194,7 +203,8 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
             if (change <= kNegligible * largest) continue;
             field.makeDense(slot);
         }
-        for (std::size_t c = 0; c < channels; ++c) storePlanes(scratch.planes.data() + c * length + n * kLeaf, axis, field.dense(slot) + c * kLeaf);
+        for (std::size_t c = 0; c < channels; ++c)
+            storePlanes(scratch.planes.data() + c * length + n * kLeaf, axis, field.dense(slot) + c * kLeaf);
     }
 }
 
@@ -209,7 +219,9 @@ void filterAxis(LightField& field, int axis) {
         thread_local Scratch scratch;
         thread_local LeafRow row;
         row.slots.clear();
-        for (int slot = starts[static_cast<std::size_t>(i)]; slot >= 0; slot = needed.slotOf(needed.leafOrigin(slot) + step)) row.slots.push_back(slot);
+        for (int slot = starts[static_cast<std::size_t>(i)]; slot >= 0;
+             slot = needed.slotOf(needed.leafOrigin(slot) + step))
+            row.slots.push_back(slot);
         filterRow(field, row, axis, scratch);
     });
 }
@@ -217,7 +229,7 @@ void filterAxis(LightField& field, int axis) {
 void clampIrradiance(LightField& field) {
     const auto values = static_cast<std::size_t>(field.channels().irradiance);
     forEachLeaf(field.needed(), [&](int slot) {
-        if (field.state(slot) != LeafState::Dense) return;          // Constant leaves were not changed
+        if (field.state(slot) != LeafState::Dense) return;  // Constant leaves were not changed
         float* data = field.dense(slot);
         for (std::size_t i = 0; i < values * kLeaf; ++i) data[i] = std::max(data[i], 0.0f);
     });

@@ -56,7 +56,8 @@ LightField reindexed(const LightField& field, const glm::ivec3& shift) {
         float* to = out.makeDense(slot);
         const glm::ivec3 origin = out.needed().leafOrigin(slot) - shift;
         for (int c = 0; c < field.channels().count(); ++c)
-            for (int i = 0; i < LightField::kLeafVoxels; ++i) *to++ = field.value(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7), c);
+            for (int i = 0; i < LightField::kLeafVoxels; ++i)
+                *to++ = field.value(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7), c);
     });
     return out;
 }
@@ -70,11 +71,12 @@ LightField resampledToAxes(const LightField& field) {
 
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 p = from.worldFromIndex({corner & 1 ? from.max.x + 0.5 : from.min.x - 0.5, corner & 2 ? from.max.y + 0.5 : from.min.y - 0.5,
+        const glm::dvec3 p = from.worldFromIndex({corner & 1 ? from.max.x + 0.5 : from.min.x - 0.5,
+                                                  corner & 2 ? from.max.y + 0.5 : from.min.y - 0.5,
                                                   corner & 4 ? from.max.z + 0.5 : from.min.z - 0.5});
         low = glm::min(low, p), high = glm::max(high, p);
     }
-    constexpr double kTolerance = 1e-6;   // [voxels]
+    constexpr double kTolerance = 1e-6;  // [voxels]
     to.min = glm::ivec3(glm::floor(low / h + kTolerance)), to.max = glm::ivec3(glm::ceil(high / h - kTolerance)) - 1;
 
     LightField out(std::make_shared<const NeededVoxels>(NeededVoxels::everything(to)), field.channels());
@@ -88,7 +90,9 @@ LightField resampledToAxes(const LightField& field) {
         for (int i = 0; i < LightField::kLeafVoxels; ++i) {
             std::array<float, 8> v{};
             if (NeededVoxels::maskBit(mask, i))
-                v = sampleTrilinear(field, index_from_world * (to.worldFromIndex(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7)) - from.origin_world));
+                v = sampleTrilinear(
+                    field, index_from_world *
+                               (to.worldFromIndex(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7)) - from.origin_world));
             for (std::size_t c = 0; c < channels; ++c) {
                 values[c * LightField::kLeafVoxels + static_cast<std::size_t>(i)] = v[c];
                 light |= v[c] != 0;

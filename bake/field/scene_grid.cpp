@@ -15,14 +15,15 @@
 namespace photic {
 namespace {
 
-constexpr double kMaxVoxels = 274877906944.0;   // 2^38: 4.4 TB of light if every voxel held some
-constexpr double kMaxIndex = 1 << 28;           // indices stay far from the ends of 32 bits, leaf arithmetic included
-constexpr double kTolerance = 1e-6;             // [voxels] bounds this close to a voxel's side lie on it
+constexpr double kMaxVoxels = 274877906944.0;  // 2^38: 4.4 TB of light if every voxel held some
+constexpr double kMaxIndex = 1 << 28;          // indices stay far from the ends of 32 bits, leaf arithmetic included
+constexpr double kTolerance = 1e-6;            // [voxels] bounds this close to a voxel's side lie on it
 
 // The mean direction in which a flat surface sends the strongest light, as dx/dz and dy/dz.
 glm::dvec2 shearAlongLight(const Scene& scene) {
     if (scene.lights.empty())
-        throw Error(ErrorCode::Input, "shear = \"light\" needs a light; add a [[light]] or use shear = \"none\"", scene.file);
+        throw Error(ErrorCode::Input, "shear = \"light\" needs a light; add a [[light]] or use shear = \"none\"",
+                    scene.file);
     const auto strength = [](const Light& l) { return l.irradiance.x + l.irradiance.y + l.irradiance.z; };
     const Light& light = *std::max_element(scene.lights.begin(), scene.lights.end(),
                                            [&](const Light& a, const Light& b) { return strength(a) < strength(b); });
@@ -37,23 +38,27 @@ glm::dvec2 shearAlongLight(const Scene& scene) {
             if (glm::length(sum) > 0) normal = glm::normalize(sum);
         }
         const bool from_front = glm::dot(direction, normal) < 0;
-        const Interface crossing = interfaceAt(direction, from_front ? normal : -normal,
-                                               from_front ? surface.ior_above : surface.ior_below,
-                                               from_front ? surface.ior_below : surface.ior_above);
+        const Interface crossing =
+            interfaceAt(direction, from_front ? normal : -normal, from_front ? surface.ior_above : surface.ior_below,
+                        from_front ? surface.ior_below : surface.ior_above);
         const bool refracts = surface.event != SurfaceEvent::Reflect && glm::length(crossing.refracted) > 0;
         direction = refracts ? crossing.refracted : crossing.reflected;
     }
     if (std::fabs(direction.z) < 0.1)
-        throw Error(ErrorCode::Input,
-                    fmt::format("shear = \"light\" would lean the grid along ({:.3g}, {:.3g}, {:.3g}), less than 6 degrees from the "
-                                "horizon; use shear = \"none\"", direction.x, direction.y, direction.z), scene.file);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format(
+                "shear = \"light\" would lean the grid along ({:.3g}, {:.3g}, {:.3g}), less than 6 degrees from the "
+                "horizon; use shear = \"none\"",
+                direction.x, direction.y, direction.z),
+            scene.file);
     return glm::dvec2(direction) / direction.z;
 }
 
 int floorDiv(int a, int b) { return a / b - (a % b != 0 && (a < 0) != (b < 0)); }
 
-// How far to move the indices along an axis, 0..7, so that the bands around receivers that lie across it fill the fewest leaves:
-// a thin band that straddles two rows of leaves costs twice the memory and nearly twice the time.
+// How far to move the indices along an axis, 0..7, so that the bands around receivers that lie across it fill the
+// fewest leaves: a thin band that straddles two rows of leaves costs twice the memory and nearly twice the time.
 int leafOffset(const Scene& scene, const GridFrame& frame, int axis) {
     int best = 0, fewest = 0;
     for (int offset = 0; offset < 8; ++offset) {
@@ -63,7 +68,8 @@ int leafOffset(const Scene& scene, const GridFrame& frame, int axis) {
             if (!plane || !object.receives()) continue;
             const glm::dvec3 m = glm::transpose(frame.world_from_index) * plane->normal;
             if (std::fabs(m[axis]) < (1 - kTolerance) * glm::length(m)) continue;
-            const double middle = glm::dot(plane->normal, plane->point - frame.origin_world) / m[axis], band = scene.bake.band;
+            const double middle = glm::dot(plane->normal, plane->point - frame.origin_world) / m[axis],
+                         band = scene.bake.band;
             const int low = std::max(static_cast<int>(std::ceil(middle - band - kTolerance)), frame.min[axis]);
             const int high = std::min(static_cast<int>(std::floor(middle + band + kTolerance)), frame.max[axis]);
             if (low <= high) leaves += floorDiv(high + offset, 8) - floorDiv(low + offset, 8) + 1;
@@ -85,17 +91,23 @@ GridFrame sceneFrame(const Scene& scene) {
     const Domain& domain = scene.domain;
     const double h = domain.voxel_size, layer = domain.layer_height > 0 ? domain.layer_height : h;
     if (!(h > 0) || !std::isfinite(h) || !(layer > 0) || !std::isfinite(layer))
-        throw Error(ErrorCode::Input, fmt::format("voxel_size is {} m and layer_height {} m; both must be positive", h, layer), scene.file);
+        throw Error(ErrorCode::Input,
+                    fmt::format("voxel_size is {} m and layer_height {} m; both must be positive", h, layer),
+                    scene.file);
     for (int a = 0; a < 3; ++a)
         if (!(domain.max[a] > domain.min[a]) || !std::isfinite(domain.max[a] - domain.min[a]))
             throw Error(ErrorCode::Input,
-                        fmt::format("the domain is empty along {}: min {} m, max {} m; max must exceed min", "xyz"[a], domain.min[a], domain.max[a]),
+                        fmt::format("the domain is empty along {}: min {} m, max {} m; max must exceed min", "xyz"[a],
+                                    domain.min[a], domain.max[a]),
                         scene.file);
     glm::dvec2 shear(0);
     if (domain.shear_mode == ShearMode::Explicit) shear = domain.shear;
     if (domain.shear_mode == ShearMode::Light) shear = shearAlongLight(scene);
     if (!(std::fabs(shear.x) <= 10) || !(std::fabs(shear.y) <= 10))
-        throw Error(ErrorCode::Input, fmt::format("shear [{}, {}] exceeds 10 (6 degrees from the horizon); use less, or \"none\"", shear.x, shear.y), scene.file);
+        throw Error(ErrorCode::Input,
+                    fmt::format("shear [{}, {}] exceeds 10 (6 degrees from the horizon); use less, or \"none\"",
+                                shear.x, shear.y),
+                    scene.file);
 
     GridFrame frame;
     frame.world_from_index = glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer));
@@ -115,15 +127,20 @@ GridFrame sceneFrame(const Scene& scene) {
     if (!(voxels <= kMaxVoxels)) {
         const double fits = roundedUp(1.001 * h * std::cbrt(voxels / kMaxVoxels));
         throw Error(ErrorCode::Input,
-                    fmt::format("voxel_size {} m makes {:.6g} x {:.6g} x {:.6g} = {:.3g} voxels, more than {:.3g}; use voxel_size = {:.3g}{} or "
-                                "a smaller domain", h, size.x, size.y, size.z, voxels, kMaxVoxels, fits,
-                                domain.layer_height > 0 ? " with layer_height in proportion" : ""), scene.file);
+                    fmt::format("voxel_size {} m makes {:.6g} x {:.6g} x {:.6g} = {:.3g} voxels, more than {:.3g}; use "
+                                "voxel_size = {:.3g}{} or "
+                                "a smaller domain",
+                                h, size.x, size.y, size.z, voxels, kMaxVoxels, fits,
+                                domain.layer_height > 0 ? " with layer_height in proportion" : ""),
+                    scene.file);
     }
     for (int a = 0; a < 3; ++a)
         if (std::max(std::fabs(first[a]), std::fabs(last[a])) > kMaxIndex)
             throw Error(ErrorCode::Input,
-                        fmt::format("the domain's {} side lies {:.3g} voxels from the origin, more than {:.3g}; move the scene closer to it",
-                                    "xyz"[a], std::max(std::fabs(first[a]), std::fabs(last[a])), kMaxIndex), scene.file);
+                        fmt::format("the domain's {} side lies {:.3g} voxels from the origin, more than {:.3g}; move "
+                                    "the scene closer to it",
+                                    "xyz"[a], std::max(std::fabs(first[a]), std::fabs(last[a])), kMaxIndex),
+                        scene.file);
     frame.min = glm::ivec3(first), frame.max = glm::ivec3(last);
     if (scene.bake.where == Where::Receivers) {
         glm::ivec3 offset;

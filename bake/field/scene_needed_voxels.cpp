@@ -67,8 +67,9 @@ void addPlane(NeededVoxels& needed, const Plane& plane, double band) {
 void addTriangle(NeededVoxels& needed, const std::array<glm::dvec3, 3>& v, double band) {
     const GridFrame& frame = needed.frame();
     const double half = band + kTolerance;
-    const glm::dvec3 low = glm::min(glm::min(v[0], v[1]), v[2]) - half, high = glm::max(glm::max(v[0], v[1]), v[2]) + half;
-    if (!(high.z >= frame.min.z && low.z <= frame.max.z)) return;   // a NaN ends here too
+    const glm::dvec3 low = glm::min(glm::min(v[0], v[1]), v[2]) - half,
+                     high = glm::max(glm::max(v[0], v[1]), v[2]) + half;
+    if (!(high.z >= frame.min.z && low.z <= frame.max.z)) return;  // a NaN ends here too
     const Interval xs{std::max(low.x, double(frame.min.x)), std::min(high.x, double(frame.max.x))};
     const Interval ys{std::max(low.y, double(frame.min.y)), std::min(high.y, double(frame.max.y))};
     if (!(xs.min <= xs.max && ys.min <= ys.max)) return;
@@ -77,7 +78,7 @@ void addTriangle(NeededVoxels& needed, const std::array<glm::dvec3, 3>& v, doubl
     std::size_t count = 0;
     const auto addSlab = [&](const glm::dvec3& axis) {
         const double size = std::fabs(axis.x) + std::fabs(axis.y) + std::fabs(axis.z);
-        if (size < 1e-12) return;                                    // parallel edges: another axis covers it
+        if (size < 1e-12) return;  // parallel edges: another axis covers it
         const double a = glm::dot(axis, v[0]), b = glm::dot(axis, v[1]), c = glm::dot(axis, v[2]);
         const double min = std::min({a, b, c}), max = std::max({a, b, c});
         slabs[count++] = {axis, 0.5 * (min + max), 0.5 * (max - min) + half * size};
@@ -93,7 +94,8 @@ void addTriangle(NeededVoxels& needed, const std::array<glm::dvec3, 3>& v, doubl
         for (int y = static_cast<int>(std::ceil(ys.min)); y <= static_cast<int>(std::floor(ys.max)); ++y) {
             Interval z{std::max(low.z, double(frame.min.z)), std::min(high.z, double(frame.max.z))};
             for (std::size_t s = 0; s < count && z.min <= z.max; ++s) cut(z, slabs[s], x, y);
-            if (z.min <= z.max) needed.addColumn(x, y, static_cast<int>(std::ceil(z.min)), static_cast<int>(std::floor(z.max)));
+            if (z.min <= z.max)
+                needed.addColumn(x, y, static_cast<int>(std::ceil(z.min)), static_cast<int>(std::floor(z.max)));
         }
 }
 
@@ -115,25 +117,32 @@ NeededVoxels nearReceivers(const Scene& scene, const GridFrame& frame, Monitor& 
         for (const auto& t : mesh.triangles) addTriangle(needed, {index[t[0]], index[t[1]], index[t[2]]}, band);
     }
     if (!any)
-        throw Error(ErrorCode::Input, "where = \"receivers\", but no object receives light; add an [[object]] with role = \"receiver\" or "
-                                      "\"movable\", or use where = \"everywhere\"", scene.file);
+        throw Error(
+            ErrorCode::Input,
+            "where = \"receivers\", but no object receives light; add an [[object]] with role = \"receiver\" or "
+            "\"movable\", or use where = \"everywhere\"",
+            scene.file);
     needed.finish();
     return needed;
 }
 
-// Upper bounds of the surfaces' height [m] over the cells of a lattice of pitch h that covers the domain and one cell more.
+// Upper bounds of the surfaces' height [m] over the cells of a lattice of pitch h that covers the domain and one cell
+// more.
 struct CellHeights {
     int x0, y0, nx, ny;
     double lowest, highest;
     std::vector<double> top;
-    double& at(int x, int y) { return top[static_cast<std::size_t>(y - y0) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(x - x0)]; }
+    double& at(int x, int y) {
+        return top[static_cast<std::size_t>(y - y0) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(x - x0)];
+    }
     double at(int x, int y) const {
         x = std::clamp(x, x0, x0 + nx - 1), y = std::clamp(y, y0, y0 + ny - 1);
         return top[static_cast<std::size_t>(y - y0) * static_cast<std::size_t>(nx) + static_cast<std::size_t>(x - x0)];
     }
 };
 
-// A surface without horizontal displacement: the largest of a cell's four corners; the caller's margin covers what lies between.
+// A surface without horizontal displacement: the largest of a cell's four corners; the caller's margin covers what lies
+// between.
 void raiseByCorners(CellHeights& cells, const HeightField& surface, double h) {
     const auto width = static_cast<std::size_t>(cells.nx + 1);
     std::vector<double> corners(width * static_cast<std::size_t>(cells.ny + 1));
@@ -158,10 +167,12 @@ void raiseByPoints(CellHeights& cells, const HeightField& surface, double h) {
     for (int row = 0; row < 2 * (cells.ny + 2 * reach); ++row) {
         surface.row({(cells.x0 - reach + 0.25) * h, (cells.y0 - reach + 0.25 + 0.5 * row) * h}, 0.5 * h, width, points);
         for (std::size_t i = 0; i < width; ++i) {
-            const int x = static_cast<int>(std::floor(points.px[i] / h)), y = static_cast<int>(std::floor(points.py[i] / h));
+            const int x = static_cast<int>(std::floor(points.px[i] / h)),
+                      y = static_cast<int>(std::floor(points.py[i] / h));
             for (int dy = -1; dy <= 1; ++dy)
                 for (int dx = -1; dx <= 1; ++dx)
-                    if (x + dx >= cells.x0 && x + dx < cells.x0 + cells.nx && y + dy >= cells.y0 && y + dy < cells.y0 + cells.ny)
+                    if (x + dx >= cells.x0 && x + dx < cells.x0 + cells.nx && y + dy >= cells.y0 &&
+                        y + dy < cells.y0 + cells.ny)
                         cells.at(x + dx, y + dy) = std::max(cells.at(x + dx, y + dy), points.pz[i]);
         }
     }
@@ -171,7 +182,8 @@ CellHeights cellHeights(const Scene& scene, double h) {
     CellHeights cells;
     const glm::dvec3 &min = scene.domain.min, &max = scene.domain.max;
     cells.x0 = static_cast<int>(std::floor(min.x / h)) - 1, cells.y0 = static_cast<int>(std::floor(min.y / h)) - 1;
-    cells.nx = static_cast<int>(std::ceil(max.x / h)) + 1 - cells.x0, cells.ny = static_cast<int>(std::ceil(max.y / h)) + 1 - cells.y0;
+    cells.nx = static_cast<int>(std::ceil(max.x / h)) + 1 - cells.x0,
+    cells.ny = static_cast<int>(std::ceil(max.y / h)) + 1 - cells.y0;
     cells.lowest = std::numeric_limits<double>::infinity(), cells.highest = -cells.lowest;
     double meshes = -cells.lowest;
     for (const Surface& s : scene.surfaces) {
@@ -181,7 +193,7 @@ CellHeights cellHeights(const Scene& scene, double h) {
         } else {
             low = std::numeric_limits<double>::infinity(), high = -low;
             for (const auto& p : s.mesh->positions) low = std::min(low, p.z), high = std::max(high, p.z);
-            meshes = std::max(meshes, high);                          // light may pass under a mesh's open sides
+            meshes = std::max(meshes, high);  // light may pass under a mesh's open sides
             low = high;
         }
         cells.lowest = std::min(cells.lowest, low), cells.highest = std::max(cells.highest, high);
@@ -191,13 +203,16 @@ CellHeights cellHeights(const Scene& scene, double h) {
     cells.top.assign(static_cast<std::size_t>(cells.nx) * static_cast<std::size_t>(cells.ny), meshes);
     for (const Surface& s : scene.surfaces) {
         if (!s.height_field) continue;
-        if (s.height_field->maxDisplacement() > 0) raiseByPoints(cells, *s.height_field, h);
-        else raiseByCorners(cells, *s.height_field, h);
+        if (s.height_field->maxDisplacement() > 0)
+            raiseByPoints(cells, *s.height_field, h);
+        else
+            raiseByCorners(cells, *s.height_field, h);
     }
     return cells;
 }
 
-// The layers in which a leaning column overlaps [low, high] of one axis: cell + shift * k .. cell + 1 + shift * (k + 1).
+// The layers in which a leaning column overlaps [low, high] of one axis: cell + shift * k .. cell + 1 + shift * (k +
+// 1).
 void cutColumn(Interval& layers, double cell, double shift, double low, double high) {
     const double a = cell + std::min(shift, 0.0), b = cell + 1 + std::max(shift, 0.0);
     if (shift == 0) {
@@ -210,8 +225,10 @@ void cutColumn(Interval& layers, double cell, double shift, double low, double h
 
 NeededVoxels inMedium(const Scene& scene, const GridFrame& frame, Monitor& monitor) {
     if (scene.surfaces.empty())
-        throw Error(ErrorCode::Input, "where = \"media\", but there is no surface for the medium to lie below; add a [[surface]] or use "
-                                      "where = \"everywhere\"", scene.file);
+        throw Error(ErrorCode::Input,
+                    "where = \"media\", but there is no surface for the medium to lie below; add a [[surface]] or use "
+                    "where = \"everywhere\"",
+                    scene.file);
     const double h = frame.world_from_index[0][0], layer = frame.world_from_index[2][2];
     const double shift_x = frame.world_from_index[2][0] / h, shift_y = frame.world_from_index[2][1] / h;
     const CellHeights cells = cellHeights(scene, h);
@@ -220,7 +237,8 @@ NeededVoxels inMedium(const Scene& scene, const GridFrame& frame, Monitor& monit
     // A voxel's bottom is at k * layer. Half a voxel of margin for what the cells' corners do not show.
     const int sure = std::min(frame.max.z, static_cast<int>(std::ceil(cells.lowest / layer)) - 1);
     const int possible = std::min(frame.max.z, static_cast<int>(std::ceil(cells.highest / layer + 0.5)) - 1);
-    const glm::dvec3 low = scene.domain.min / glm::dvec3(h, h, layer) + kTolerance, high = scene.domain.max / glm::dvec3(h, h, layer) - kTolerance;
+    const glm::dvec3 low = scene.domain.min / glm::dvec3(h, h, layer) + kTolerance,
+                     high = scene.domain.max / glm::dvec3(h, h, layer) - kTolerance;
     NeededVoxels needed = NeededVoxels::none(frame);
     for (int x = frame.min.x; x <= frame.max.x; ++x) {
         if ((x & 63) == 0) monitor.checkCancelled();
@@ -233,12 +251,14 @@ NeededVoxels inMedium(const Scene& scene, const GridFrame& frame, Monitor& monit
             if (first <= sure) needed.addColumn(x, y, first, std::min(last, sure));
             if (cells.top.empty()) continue;
             for (int k = std::max(first, sure + 1); k <= last; ++k) {
-                const double x_low = x + std::min(shift_x * k, shift_x * (k + 1)), y_low = y + std::min(shift_y * k, shift_y * (k + 1));
+                const double x_low = x + std::min(shift_x * k, shift_x * (k + 1)),
+                             y_low = y + std::min(shift_y * k, shift_y * (k + 1));
                 const int x1 = static_cast<int>(std::ceil(x_low + 1 + std::fabs(shift_x) - kTolerance)) - 1;
                 const int y1 = static_cast<int>(std::ceil(y_low + 1 + std::fabs(shift_y) - kTolerance)) - 1;
                 double top = -std::numeric_limits<double>::infinity();
                 for (int cy = static_cast<int>(std::floor(y_low + kTolerance)); cy <= y1; ++cy)
-                    for (int cx = static_cast<int>(std::floor(x_low + kTolerance)); cx <= x1; ++cx) top = std::max(top, cells.at(cx, cy));
+                    for (int cx = static_cast<int>(std::floor(x_low + kTolerance)); cx <= x1; ++cx)
+                        top = std::max(top, cells.at(cx, cy));
                 if (k * layer < top + 0.5 * layer) needed.addColumn(x, y, k, k);
             }
         }
@@ -252,9 +272,12 @@ NeededVoxels inMedium(const Scene& scene, const GridFrame& frame, Monitor& monit
 NeededVoxels sceneNeededVoxels(const Scene& scene, const GridFrame& frame, Monitor& monitor) {
     monitor.checkCancelled();
     switch (scene.bake.where) {
-        case Where::Receivers: return nearReceivers(scene, frame, monitor);
-        case Where::Media: return inMedium(scene, frame, monitor);
-        case Where::Everywhere: break;
+        case Where::Receivers:
+            return nearReceivers(scene, frame, monitor);
+        case Where::Media:
+            return inMedium(scene, frame, monitor);
+        case Where::Everywhere:
+            break;
     }
     return NeededVoxels::everything(frame);
 }

@@ -45,7 +45,8 @@ CheckedFileBuffer::CheckedFileBuffer(int descriptor) : descriptor_(descriptor), 
 std::int64_t CheckedFileBuffer::size() const { return std::max(end_, position_ + (pptr() - pbase())); }
 
 bool CheckedFileBuffer::writeAll(const char* data, std::size_t count) {
-    const std::size_t skipped = static_cast<std::size_t>(std::clamp<std::int64_t>(kHashedFrom - position_, 0, static_cast<std::int64_t>(count)));
+    const std::size_t skipped = static_cast<std::size_t>(
+        std::clamp<std::int64_t>(kHashedFrom - position_, 0, static_cast<std::int64_t>(count)));
     hash_ = hashed(hash_, data + skipped, count - skipped);
     while (count > 0) {
         const ssize_t n = ::write(descriptor_, data, count);
@@ -79,14 +80,16 @@ CheckedFileBuffer::int_type CheckedFileBuffer::overflow(int_type c) {
 std::streamsize CheckedFileBuffer::xsputn(const char* data, std::streamsize count) {
     if (count > epptr() - pptr()) {
         if (!flush()) return 0;
-        if (static_cast<std::size_t>(count) >= buffer_.size()) return writeAll(data, static_cast<std::size_t>(count)) ? count : 0;
+        if (static_cast<std::size_t>(count) >= buffer_.size())
+            return writeAll(data, static_cast<std::size_t>(count)) ? count : 0;
     }
     std::memcpy(pptr(), data, static_cast<std::size_t>(count));
     pbump(static_cast<int>(count));
     return count;
 }
 
-CheckedFileBuffer::pos_type CheckedFileBuffer::seekoff(off_type offset, std::ios_base::seekdir direction, std::ios_base::openmode which) {
+CheckedFileBuffer::pos_type CheckedFileBuffer::seekoff(off_type offset, std::ios_base::seekdir direction,
+                                                       std::ios_base::openmode which) {
     const std::int64_t here = position_ + (pptr() - pbase());
     if (direction == std::ios_base::cur && offset == 0) return here;
     const std::int64_t base = direction == std::ios_base::cur ? here : direction == std::ios_base::end ? size() : 0;
@@ -103,7 +106,8 @@ int CheckedFile::create(std::string& temporary, const std::string& path) {
     // Renaming onto a device or a folder would replace it.
     struct stat status {};
     if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: it is no regular file; choose another name", path), path);
+        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: it is no regular file; choose another name", path),
+                    path);
     // Numbered by process and by call: two bakes may write beside each other.
     static std::atomic<int> counter{0};
     const std::filesystem::path target(path);
@@ -111,7 +115,10 @@ int CheckedFile::create(std::string& temporary, const std::string& path) {
     temporary = (target.parent_path() / name).string();
     const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor < 0)
-        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: {}; choose a folder that exists and can be written to", path, std::strerror(errno)), path);
+        throw Error(ErrorCode::Failed,
+                    fmt::format("cannot write {}: {}; choose a folder that exists and can be written to", path,
+                                std::strerror(errno)),
+                    path);
     return descriptor;
 }
 
@@ -127,17 +134,18 @@ CheckedFile::~CheckedFile() {
 
 void CheckedFile::fail(int error_number) const {
     const char* remedy = error_number == ENOSPC || error_number == EDQUOT ? "; free some space or write elsewhere"
-                         : error_number == EFBIG                          ? "; raise the limit on file sizes or write elsewhere"
-                                                                          : "";
+                         : error_number == EFBIG ? "; raise the limit on file sizes or write elsewhere"
+                                                 : "";
     throw Error(ErrorCode::Failed,
                 fmt::format("cannot write {}: {} after {} MiB{}; an existing file was left as it was", path_,
-                            error_number != 0 ? std::strerror(error_number) : "the file is not what was written", buffer_.size() >> 20, remedy),
+                            error_number != 0 ? std::strerror(error_number) : "the file is not what was written",
+                            buffer_.size() >> 20, remedy),
                 path_);
 }
 
 void CheckedFile::finish() {
     if (!buffer_.flush()) fail(buffer_.failure());
-    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);   // EINVAL: a file system without fsync
+    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);  // EINVAL: a file system without fsync
     struct stat status {};
     if (::fstat(descriptor_, &status) != 0) fail(errno);
     if (status.st_size != buffer_.size()) fail(0);

@@ -24,7 +24,7 @@ public:
     /// Writes what is buffered. False on failure.
     bool flush();
 
-    static constexpr std::int64_t kHashedFrom = 64;   ///< beyond OpenVDB's header, which holds a random number
+    static constexpr std::int64_t kHashedFrom = 64;  ///< beyond OpenVDB's header, which holds a random number
 
 protected:
     int_type overflow(int_type c) override;
@@ -37,7 +37,7 @@ private:
     bool writeAll(const char* data, std::size_t count);
 
     int descriptor_, failure_ = 0;
-    std::int64_t position_ = 0, end_ = 0;   // where the buffer's first byte goes; largest position written
+    std::int64_t position_ = 0, end_ = 0;  // where the buffer's first byte goes; largest position written
     std::uint64_t hash_ = 0x9e3779b97f4a7c15ull;
     std::vector<char> buffer_;
 };

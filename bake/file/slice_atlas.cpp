@@ -47,18 +47,22 @@ Layout fittingLayout(const glm::ivec3& size, double voxel_size) {
     double scale = 1.05;
     const auto scaled = [&](int n) { return static_cast<std::int64_t>(std::ceil(n / scale)); };
     while (!layoutFor(scaled(size.x), scaled(size.y), scaled(size.z))) scale *= 1.05;
-    throw Error(ErrorCode::Input,
-                fmt::format("an atlas of {} slices of {} x {} texels exceeds {} texels a side; bake with voxel_size = {:.3g} or more, or a smaller domain",
-                            size.z, size.x, size.y, format::kAtlasLargestSide, voxel_size * scale));
+    throw Error(ErrorCode::Input, fmt::format("an atlas of {} slices of {} x {} texels exceeds {} texels a side; bake "
+                                              "with voxel_size = {:.3g} or more, or a smaller domain",
+                                              size.z, size.x, size.y, format::kAtlasLargestSide, voxel_size * scale));
 }
 
-Image atlasImage(const LightField& field, const VoxelBox& box, const Layout& layout, double reference, bool rgb, std::atomic<std::int64_t>& clamped) {
+Image atlasImage(const LightField& field, const VoxelBox& box, const Layout& layout, double reference, bool rgb,
+                 std::atomic<std::int64_t>& clamped) {
     const glm::ivec3 size = box.max - box.min + 1;
     Image image;
     image.width = layout.columns * size.x, image.height = layout.rows * size.y, image.channels = rgb ? 3 : 4;
-    image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.channels), 0.0f);
+    image.pixels.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                            static_cast<std::size_t>(image.channels),
+                        0.0f);
     parallelFor(size.z, [&](std::int64_t k) {
-        const int x0 = static_cast<int>(k) % layout.columns * size.x, y0 = static_cast<int>(k) / layout.columns * size.y;
+        const int x0 = static_cast<int>(k) % layout.columns * size.x,
+                  y0 = static_cast<int>(k) / layout.columns * size.y;
         std::int64_t cut = 0;
         const auto stored = [&](double v) { return cutToRange(static_cast<float>(v / reference), cut); };
         for (int y = 0; y < size.y; ++y)
@@ -81,7 +85,8 @@ nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume, const std::optional<VoxelBox>& wanted) {
+DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
+                             const std::optional<VoxelBox>& wanted) {
     const StraightField straight(volume);
     const LightField& field = straight.field();
     const GridFrame& frame = field.frame();
@@ -100,7 +105,8 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
     nlohmann::json json = {
         {"photic_atlas", format::kAtlasVersion},
         {"image", target.filename().string()},
-        {"rgb_image", coloured ? nlohmann::json(std::filesystem::path(rgb_path).filename().string()) : nlohmann::json(nullptr)},
+        {"rgb_image",
+         coloured ? nlohmann::json(std::filesystem::path(rgb_path).filename().string()) : nlohmann::json(nullptr)},
         {"width", layout.columns * size.x},
         {"height", layout.rows * size.y},
         {"columns", layout.columns},
@@ -108,7 +114,8 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
         {"slices", size.z},
         {"slice_width", size.x},
         {"slice_height", size.y},
-        {"texel_of_voxel", "x = (k % columns) * slice_width + i, y = (k / columns) * slice_height + j, row 0 at the top"},
+        {"texel_of_voxel",
+         "x = (k % columns) * slice_width + i, y = (k / columns) * slice_height + j, row 0 at the top"},
         {"sample_position", "cell_centre"},
         {"channels", {{"R", "flux_x"}, {"G", "flux_y"}, {"B", "flux_z"}, {"A", "irradiance_mean"}}},
         {"scale", reference},
@@ -116,7 +123,8 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
         {"up_axis", "Z"},
         {"voxel_size", jsonOf(voxel)},
         {"bounds_world", {{"min", jsonOf(glm::min(a, b))}, {"max", jsonOf(glm::max(a, b))}}},
-        {"world_from_index", {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
+        {"world_from_index",
+         {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
         {"index_min", {box.min.x, box.min.y, box.min.z}},
         {"resampled", straight.resampled()},
         {"metadata", volume.metadata}};
@@ -131,7 +139,8 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
     }
     written.clamped = clamped;
     written.files.push_back(base.string() + ".json");
-    writeFileAtomically(written.files.back(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    writeFileAtomically(written.files.back(),
+                        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return written;
 }
 

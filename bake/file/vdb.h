@@ -15,21 +15,22 @@ enum class Compression { None, Mask, Blosc, Zip };
 
 struct VdbOptions {
     Compression compression = Compression::Mask;
-    bool half = true;                       ///< half floats; false: 32-bit
+    bool half = true;  ///< half floats; false: 32-bit
 };
 
-/// A light volume as it stands in a file: field in W/m2, extra scalar grids by name, metadata without the `photic:` prefix.
+/// A light volume as it stands in a file: field in W/m2, extra scalar grids by name, metadata without the `photic:`
+/// prefix.
 struct LightVolume {
     LightField field;
-    double reference_irradiance = 1;        ///< stored irradiance = field / this
+    double reference_irradiance = 1;  ///< stored irradiance = field / this
     bool has_irradiance = true, has_direction = true;
-    std::map<std::string, LightField> scalars;      ///< "caustic", "density", "arrival_time": one channel, no flux
-    std::map<std::string, std::string> metadata;    ///< version, method, options, ledger (JSON) ...
+    std::map<std::string, LightField> scalars;    ///< "caustic", "density", "arrival_time": one channel, no flux
+    std::map<std::string, std::string> metadata;  ///< version, method, options, ledger (JSON) ...
 };
 
-/// Writes `irradiance`, `direction` and the scalars on one transform and one topology (active: irradiance or density above
-/// 1e-6 of the reference, at least one leaf always). Serialises to memory-checked stream, temporary name beside `path`,
-/// fsync, read back, rename: on any failure the old file is intact and nothing else is left.
+/// Writes `irradiance`, `direction` and the scalars on one transform and one topology (active: irradiance or density
+/// above 1e-6 of the reference, at least one leaf always). Serialises to memory-checked stream, temporary name beside
+/// `path`, fsync, read back, rename: on any failure the old file is intact and nothing else is left.
 /// @throws Error{Failed} (full disk, no permission)
 /// @return number of active voxels
 std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const VdbOptions& options);

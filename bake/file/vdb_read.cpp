@@ -5,8 +5,8 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,8 @@ namespace photic {
 namespace {
 
 constexpr int kVoxels = LightField::kLeafVoxels;
-constexpr std::uint64_t kLargestTiles = std::uint64_t{1} << 26;   // voxels in tiles that are expanded: 1 GiB with direction
+constexpr std::uint64_t kLargestTiles = std::uint64_t{1}
+                                        << 26;  // voxels in tiles that are expanded: 1 GiB with direction
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
     throw Error(ErrorCode::Input, fmt::format("cannot read {}: {}", path, why), path);
@@ -35,7 +36,8 @@ openvdb::GridPtrVecPtr readGrids(const std::string& path, openvdb::MetaMap::Ptr&
     in.open(path, std::ios::binary);
     if (!in) refuse(path, fmt::format("{}; give the path of a .vdb file", std::strerror(errno)));
     std::int32_t magic = 0;
-    if (!in.read(reinterpret_cast<char*>(&magic), sizeof(magic)) || magic != openvdb::OPENVDB_MAGIC) refuse(path, "it is no .vdb file");
+    if (!in.read(reinterpret_cast<char*>(&magic), sizeof(magic)) || magic != openvdb::OPENVDB_MAGIC)
+        refuse(path, "it is no .vdb file");
     in.seekg(0);
     in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
     try {
@@ -55,7 +57,8 @@ openvdb::GridPtrVecPtr readGrids(const std::string& path, openvdb::MetaMap::Ptr&
 
 std::string gridNames(const openvdb::GridPtrVec& grids) {
     std::vector<std::string> names;
-    for (const auto& g : grids) names.push_back(fmt::format("{} ({})", g->getName().empty() ? "unnamed" : g->getName(), g->valueType()));
+    for (const auto& g : grids)
+        names.push_back(fmt::format("{} ({})", g->getName().empty() ? "unnamed" : g->getName(), g->valueType()));
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
@@ -65,25 +68,29 @@ void expandTiles(const std::string& path, Grid& grid) {
     const std::uint64_t in_tiles = grid.tree().activeVoxelCount() - grid.tree().activeLeafVoxelCount();
     if (in_tiles == 0) return;
     if (in_tiles > kLargestTiles)
-        refuse(path, fmt::format("grid {} holds {} voxels in tiles, more than the {} that are expanded; crop it", grid.getName(), in_tiles, kLargestTiles));
+        refuse(path, fmt::format("grid {} holds {} voxels in tiles, more than the {} that are expanded; crop it",
+                                 grid.getName(), in_tiles, kLargestTiles));
     grid.tree().voxelizeActiveTiles();
 }
 
 GridFrame frameOf(const std::string& path, const openvdb::GridBase& grid) {
-    if (!grid.transform().isLinear()) refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.getName()));
+    if (!grid.transform().isLinear())
+        refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.getName()));
     const auto mat = grid.transform().baseMap()->getAffineMap()->getMat4();
     GridFrame frame;
-    for (int axis = 0; axis < 3; ++axis)
-        frame.world_from_index[axis] = {mat(axis, 0), mat(axis, 1), mat(axis, 2)};
+    for (int axis = 0; axis < 3; ++axis) frame.world_from_index[axis] = {mat(axis, 0), mat(axis, 1), mat(axis, 2)};
     frame.origin_world = {mat(3, 0), mat(3, 1), mat(3, 2)};
-    if (!(frame.voxelVolume() > 0) || !std::isfinite(frame.voxelVolume())) refuse(path, fmt::format("grid {} has voxels of no volume", grid.getName()));
+    if (!(frame.voxelVolume() > 0) || !std::isfinite(frame.voxelVolume()))
+        refuse(path, fmt::format("grid {} has voxels of no volume", grid.getName()));
     return frame;
 }
 
 std::string textOf(const openvdb::Metadata& meta) {
     // Numbers with all their digits: str() gives six.
-    if (meta.typeName() == openvdb::DoubleMetadata::staticTypeName()) return fmt::format("{}", static_cast<const openvdb::DoubleMetadata&>(meta).value());
-    if (meta.typeName() == openvdb::FloatMetadata::staticTypeName()) return fmt::format("{}", static_cast<const openvdb::FloatMetadata&>(meta).value());
+    if (meta.typeName() == openvdb::DoubleMetadata::staticTypeName())
+        return fmt::format("{}", static_cast<const openvdb::DoubleMetadata&>(meta).value());
+    if (meta.typeName() == openvdb::FloatMetadata::staticTypeName())
+        return fmt::format("{}", static_cast<const openvdb::FloatMetadata&>(meta).value());
     return meta.str();
 }
 
@@ -127,7 +134,8 @@ KnownGrids findGrids(const std::string& path, const openvdb::GridPtrVec& grids) 
         known.all.push_back(grid);
     }
     if (!known.white && !known.coloured && known.scalars.empty())
-        refuse(path, fmt::format("it holds no light: looked for irradiance, density, caustic or arrival_time, found {}", gridNames(grids)));
+        refuse(path, fmt::format("it holds no light: looked for irradiance, density, caustic or arrival_time, found {}",
+                                 gridNames(grids)));
     return known;
 }
 
@@ -135,7 +143,8 @@ template <class Grid>
 void addActive(NeededVoxels& needed, const Grid& grid) {
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         NeededVoxels::Mask mask;
-        for (std::size_t w = 0; w < 8; ++w) mask[w] = leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(w));
+        for (std::size_t w = 0; w < 8; ++w)
+            mask[w] = leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(w));
         needed.addLeaf({leaf->origin().x(), leaf->origin().y(), leaf->origin().z()}, mask);
     }
 }
@@ -146,13 +155,16 @@ std::shared_ptr<const NeededVoxels> activeVoxels(const std::string& path, const 
     for (const auto& grid : known.all) {
         const GridFrame other = frameOf(path, *grid);
         double difference = glm::length(other.origin_world - frame.origin_world);
-        for (int a = 0; a < 3; ++a) difference = std::max(difference, glm::length(other.world_from_index[a] - frame.world_from_index[a]));
+        for (int a = 0; a < 3; ++a)
+            difference = std::max(difference, glm::length(other.world_from_index[a] - frame.world_from_index[a]));
         if (difference > 1e-6 * std::cbrt(frame.voxelVolume()))
-            refuse(path, fmt::format("grids {} and {} have different transforms; a light volume has one", known.all.front()->getName(), grid->getName()));
+            refuse(path, fmt::format("grids {} and {} have different transforms; a light volume has one",
+                                     known.all.front()->getName(), grid->getName()));
         box.expand(grid->evalActiveVoxelBoundingBox());
     }
     if (box.empty()) box = openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(0));
-    frame.min = {box.min().x(), box.min().y(), box.min().z()}, frame.max = {box.max().x(), box.max().y(), box.max().z()};
+    frame.min = {box.min().x(), box.min().y(), box.min().z()},
+    frame.max = {box.max().x(), box.max().y(), box.max().z()};
     NeededVoxels needed = NeededVoxels::none(frame);
     if (known.white) addActive(needed, *known.white);
     if (known.coloured) addActive(needed, *known.coloured);
@@ -200,7 +212,9 @@ LightField scalarField(const openvdb::FloatGrid::Ptr& grid, const std::shared_pt
         const auto* leaf = leafAt(grid, needed->leafOrigin(slot));
         if (leaf == nullptr) return;
         float* data = field.makeDense(slot);
-        for (int i = 0; i < kVoxels; ++i) data[i] = leaf->isValueOn(static_cast<openvdb::Index>(i)) ? leaf->getValue(static_cast<openvdb::Index>(i)) : 0.0f;
+        for (int i = 0; i < kVoxels; ++i)
+            data[i] =
+                leaf->isValueOn(static_cast<openvdb::Index>(i)) ? leaf->getValue(static_cast<openvdb::Index>(i)) : 0.0f;
     });
     return field;
 }
@@ -214,7 +228,8 @@ double referenceOf(const std::string& path, const std::map<std::string, std::str
     } catch (const std::logic_error&) {
         reference = 0;
     }
-    if (!(reference > 0) || !std::isfinite(reference)) refuse(path, fmt::format("its reference irradiance is \"{}\", not a positive number", at->second));
+    if (!(reference > 0) || !std::isfinite(reference))
+        refuse(path, fmt::format("its reference irradiance is \"{}\", not a positive number", at->second));
     return reference;
 }
 
@@ -230,13 +245,19 @@ LightVolume readVdb(const std::string& path) {
     std::map<std::string, std::string> metadata;
     if (file_meta) readMetadata(*file_meta, metadata);
     for (const auto& grid : known.all) readMetadata(*grid, metadata);
-    if (const auto version = metadata.find("version"); version != metadata.end() && std::atoi(version->second.c_str()) > format::kVersion)
-        refuse(path, fmt::format("its format is version {}, this program knows up to {}; use a newer one", version->second, format::kVersion));
+    if (const auto version = metadata.find("version");
+        version != metadata.end() && std::atoi(version->second.c_str()) > format::kVersion)
+        refuse(path, fmt::format("its format is version {}, this program knows up to {}; use a newer one",
+                                 version->second, format::kVersion));
 
     const double reference = referenceOf(path, metadata);
     const auto needed = activeVoxels(path, known);
-    LightVolume volume{LightField(needed, {known.coloured ? 3 : 1, known.direction != nullptr}), reference, known.white || known.coloured,
-                       known.direction != nullptr, {}, std::move(metadata)};
+    LightVolume volume{LightField(needed, {known.coloured ? 3 : 1, known.direction != nullptr}),
+                       reference,
+                       known.white || known.coloured,
+                       known.direction != nullptr,
+                       {},
+                       std::move(metadata)};
     fillLight(volume.field, known, static_cast<float>(reference));
     for (const auto& [name, grid] : known.scalars) volume.scalars.emplace(name, scalarField(grid, needed));
     return volume;

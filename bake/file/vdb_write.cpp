@@ -53,15 +53,21 @@ typename Grid::Ptr buildGrid(const std::vector<ActiveLeaf>& leaves, Fill fill) {
 }
 
 template <class Value>
-void fillZero(Value* values) { std::fill_n(values, kVoxels, openvdb::zeroVal<Value>()); }
+void fillZero(Value* values) {
+    std::fill_n(values, kVoxels, openvdb::zeroVal<Value>());
+}
 
-openvdb::GridBase::Ptr irradianceGrid(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves, std::atomic<std::int64_t>& clamped) {
+openvdb::GridBase::Ptr irradianceGrid(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves,
+                                      std::atomic<std::int64_t>& clamped) {
     const LightField& field = volume.field;
     const auto scale = static_cast<float>(1 / volume.reference_irradiance);
     const auto channel = [&field](int slot, std::size_t c, int i) {
-        return field.state(slot) == LeafState::Dense ? field.dense(slot)[c * kVoxels + static_cast<std::size_t>(i)] : field.constant(slot)[c];
+        return field.state(slot) == LeafState::Dense ? field.dense(slot)[c * kVoxels + static_cast<std::size_t>(i)]
+                                                     : field.constant(slot)[c];
     };
-    const auto lit = [&field](const ActiveLeaf& leaf) { return leaf.slot >= 0 && field.state(leaf.slot) != LeafState::Empty; };
+    const auto lit = [&field](const ActiveLeaf& leaf) {
+        return leaf.slot >= 0 && field.state(leaf.slot) != LeafState::Empty;
+    };
     if (field.channels().irradiance == 1) {
         return buildGrid<openvdb::FloatGrid>(leaves, [&](const ActiveLeaf& leaf, float* values) {
             if (!lit(leaf)) return fillZero(values);
@@ -74,7 +80,8 @@ openvdb::GridBase::Ptr irradianceGrid(const LightVolume& volume, const std::vect
         if (!lit(leaf)) return fillZero(values);
         std::int64_t cut = 0;
         for (int i = 0; i < kVoxels; ++i)
-            for (int c = 0; c < 3; ++c) values[i][c] = cutToRange(channel(leaf.slot, static_cast<std::size_t>(c), i) * scale, cut);
+            for (int c = 0; c < 3; ++c)
+                values[i][c] = cutToRange(channel(leaf.slot, static_cast<std::size_t>(c), i) * scale, cut);
         if (cut > 0) clamped += cut;
     });
     grid->setVectorType(openvdb::VEC_INVARIANT);
@@ -90,7 +97,8 @@ openvdb::GridBase::Ptr directionGrid(const LightVolume& volume, const std::vecto
         meanIrradiance(field, leaf.slot, mean.data());
         if (field.state(leaf.slot) == LeafState::Dense) {
             const float* flux = field.dense(leaf.slot) + f * kVoxels;
-            encodeDirections(mean.data(), flux, flux + kVoxels, flux + 2 * kVoxels, kVoxels, half, dx.data(), dy.data(), dz.data());
+            encodeDirections(mean.data(), flux, flux + kVoxels, flux + 2 * kVoxels, kVoxels, half, dx.data(), dy.data(),
+                             dz.data());
             for (std::size_t i = 0; i < kVoxels; ++i) values[i] = {dx[i], dy[i], dz[i]};
         } else {
             const float* flux = field.constant(leaf.slot).data() + f;
@@ -102,7 +110,8 @@ openvdb::GridBase::Ptr directionGrid(const LightVolume& volume, const std::vecto
     return grid;
 }
 
-openvdb::GridBase::Ptr scalarGrid(const LightField& field, const std::vector<ActiveLeaf>& leaves, std::atomic<std::int64_t>& clamped) {
+openvdb::GridBase::Ptr scalarGrid(const LightField& field, const std::vector<ActiveLeaf>& leaves,
+                                  std::atomic<std::int64_t>& clamped) {
     return buildGrid<openvdb::FloatGrid>(leaves, [&](const ActiveLeaf& leaf, float* values) {
         const int slot = field.needed().slotOf(leaf.origin);
         if (slot < 0 || field.state(slot) == LeafState::Empty) return fillZero(values);
@@ -120,8 +129,8 @@ openvdb::GridBase::Ptr scalarGrid(const LightField& field, const std::vector<Act
 openvdb::math::Transform::Ptr gridTransform(const GridFrame& frame) {
     const auto& m = frame.world_from_index;
     const auto& o = frame.origin_world;
-    return openvdb::math::Transform::createLinearTransform(openvdb::math::Mat4d(m[0].x, m[0].y, m[0].z, 0.0, m[1].x, m[1].y, m[1].z, 0.0,
-                                                                                m[2].x, m[2].y, m[2].z, 0.0, o.x, o.y, o.z, 1.0));
+    return openvdb::math::Transform::createLinearTransform(openvdb::math::Mat4d(
+        m[0].x, m[0].y, m[0].z, 0.0, m[1].x, m[1].y, m[1].z, 0.0, m[2].x, m[2].y, m[2].z, 0.0, o.x, o.y, o.z, 1.0));
 }
 
 // Typed where the contract says so; text that does not parse stays text.
@@ -164,15 +173,21 @@ openvdb::MetaMap fileMetadata(const LightVolume& volume, std::int64_t clamped) {
 // OpenVDB's archive on a stream of ours, with the offsets that let readers open one grid alone.
 class SeekableArchive : public openvdb::io::Archive {
 public:
-    void writeTo(std::ostream& os, const openvdb::GridPtrVec& grids, const openvdb::MetaMap& meta) const { Archive::write(os, grids, true, meta); }
+    void writeTo(std::ostream& os, const openvdb::GridPtrVec& grids, const openvdb::MetaMap& meta) const {
+        Archive::write(os, grids, true, meta);
+    }
 };
 
 std::uint32_t compressionFlags(Compression compression) {
     switch (compression) {
-        case Compression::None: return openvdb::io::COMPRESS_NONE;
-        case Compression::Blosc: return openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
-        case Compression::Zip: return openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK;
-        case Compression::Mask: break;
+        case Compression::None:
+            return openvdb::io::COMPRESS_NONE;
+        case Compression::Blosc:
+            return openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
+        case Compression::Zip:
+            return openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK;
+        case Compression::Mask:
+            break;
     }
     return openvdb::io::COMPRESS_ACTIVE_MASK;
 }
@@ -180,9 +195,10 @@ std::uint32_t compressionFlags(Compression compression) {
 // OpenVDB numbers each file at random; one made of the contents keeps equal bakes equal byte for byte.
 std::string uuidFrom(std::uint64_t hash) {
     const std::uint64_t other = (hash ^ hash >> 29) * 0xbf58476d1ce4e5b9ull;
-    return fmt::format("{:08x}-{:04x}-8{:03x}-{:04x}-{:012x}", hash >> 32, hash >> 16 & 0xffff, hash & 0xfff, 0x8000 | (other >> 48 & 0x3fff), other & 0xffffffffffffull);
+    return fmt::format("{:08x}-{:04x}-8{:03x}-{:04x}-{:012x}", hash >> 32, hash >> 16 & 0xffff, hash & 0xfff,
+                       0x8000 | (other >> 48 & 0x3fff), other & 0xffffffffffffull);
 }
-constexpr std::int64_t kUuidPosition = 21;      // after magic, three versions and the flag for offsets
+constexpr std::int64_t kUuidPosition = 21;  // after magic, three versions and the flag for offsets
 
 // What a reader sees: every grid with every active voxel.
 bool readsBack(const std::string& path, const openvdb::GridPtrVec& grids, std::int64_t active) {
@@ -202,8 +218,11 @@ bool readsBack(const std::string& path, const openvdb::GridPtrVec& grids, std::i
 std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const VdbOptions& options) {
     openvdb::initialize();
     if (!(volume.reference_irradiance > 0) || !std::isfinite(volume.reference_irradiance))
-        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: the reference irradiance is {} W/m2; it must be positive", path, volume.reference_irradiance), path);
-    CheckedFile file(path);    // before the work: a folder that cannot be written to shows at once
+        throw Error(ErrorCode::Failed,
+                    fmt::format("cannot write {}: the reference irradiance is {} W/m2; it must be positive", path,
+                                volume.reference_irradiance),
+                    path);
+    CheckedFile file(path);  // before the work: a folder that cannot be written to shows at once
     try {
         const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::LightOrMedium);
         std::int64_t active = 0;
@@ -216,9 +235,12 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
             grids.push_back(grid);
         };
         if (volume.has_irradiance) add(format::kIrradiance, irradianceGrid(volume, leaves, clamped));
-        if (volume.has_direction && volume.field.channels().flux) add(format::kDirection, directionGrid(volume, leaves, options.half));
+        if (volume.has_direction && volume.field.channels().flux)
+            add(format::kDirection, directionGrid(volume, leaves, options.half));
         for (const auto& [name, field] : volume.scalars) add(name.c_str(), scalarGrid(field, leaves, clamped));
-        if (grids.empty()) throw Error(ErrorCode::Failed, fmt::format("cannot write {}: no grid was asked for; add one to grids", path), path);
+        if (grids.empty())
+            throw Error(ErrorCode::Failed,
+                        fmt::format("cannot write {}: no grid was asked for; add one to grids", path), path);
 
         const auto transform = gridTransform(volume.field.frame());
         const openvdb::MetaMap meta = fileMetadata(volume, clamped);
@@ -244,7 +266,12 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
         if (file.buffer().failure() != 0) file.fail(file.buffer().failure());
         throw Error(ErrorCode::Failed, fmt::format("cannot write {}: {}", path, e.what()), path);
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: out of memory while its grids were made; use larger voxels or where = \"receivers\"", path), path);
+        throw Error(
+            ErrorCode::Failed,
+            fmt::format(
+                "cannot write {}: out of memory while its grids were made; use larger voxels or where = \"receivers\"",
+                path),
+            path);
     }
 }
 

@@ -27,15 +27,16 @@ inline float cutToRange(float v, std::int64_t& clamped) {
 
 /// Mean directions of `count` voxels from flux and irradiance, as stored: length at most 1 after rounding too.
 /// 0 where there is no light.
-inline void encodeDirections(const float* irradiance, const float* fx, const float* fy, const float* fz, int count, bool half,
-                             float* dx, float* dy, float* dz) {
+inline void encodeDirections(const float* irradiance, const float* fx, const float* fy, const float* fz, int count,
+                             bool half, float* dx, float* dy, float* dz) {
     for (int i = 0; i < count; ++i) {
         const float scale = irradiance[i] > 0 ? 1 / irradiance[i] : 0.0f;
         const float x = fx[i] * scale, y = fy[i] * scale, z = fz[i] * scale;
         // One-directional light has length 1, which rounding can exceed: those components round towards zero instead.
         const float length2 = x * x + y * y + z * z, shorten = length2 > 1 ? 0.9999998f / std::sqrt(length2) : 1.0f;
         const float sx = x * shorten, sy = y * shorten, sz = z * shorten;
-        const float rx = half ? halfPrecision(sx) : sx, ry = half ? halfPrecision(sy) : sy, rz = half ? halfPrecision(sz) : sz;
+        const float rx = half ? halfPrecision(sx) : sx, ry = half ? halfPrecision(sy) : sy,
+                    rz = half ? halfPrecision(sz) : sz;
         const bool over = rx * rx + ry * ry + rz * rz > 1;
         dx[i] = over ? halfPrecisionBelow(sx) : rx;
         dy[i] = over ? halfPrecisionBelow(sy) : ry;

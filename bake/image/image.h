@@ -20,12 +20,13 @@ enum class ChannelDepth { Half, Float, Uint32 };
 /// One channel of a height map, as stored (no scale), with the precision that it was stored in.
 struct HeightMap {
     int width = 0, height = 0;
-    std::vector<float> values;     ///< row-major, top row first
-    bool half = false;             ///< stored as half floats: slopes lose 0.3 %, curvature 3 % or far more with an offset
+    std::vector<float> values;  ///< row-major, top row first
+    bool half = false;          ///< stored as half floats: slopes lose 0.3 %, curvature 3 % or far more with an offset
 };
 
 /// Reads named channels ("R", "G", "Z", "Y" ...) of an EXR; all have the data window's size.
-/// @throws Error{Input} when missing, truncated, not an EXR, too large (> 32768 a side), or a channel is absent (lists those present)
+/// @throws Error{Input} when missing, truncated, not an EXR, too large (> 32768 a side), or a channel is absent (lists
+/// those present)
 std::vector<HeightMap> readExrChannels(const std::string& path, const std::vector<std::string>& channels);
 
 /// Names of the channels of an EXR, sorted.

@@ -21,18 +21,27 @@ double secondsSince(Clock::time_point start) { return std::chrono::duration<doub
 
 const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
     static const std::vector<OptionBinding<BeamsOptions>> bindings{
-        bindOption("mesh", &BeamsOptions::mesh, {0, 65536}, "", "corner rays a side of the launched patch; 0: by spacing"),
-        bindOption("spacing", &BeamsOptions::spacing, {0, 64}, "voxels", "between corner rays; 0: adaptive, by bake.tolerance"),
+        bindOption("mesh", &BeamsOptions::mesh, {0, 65536}, "",
+                   "corner rays a side of the launched patch; 0: by spacing"),
+        bindOption("spacing", &BeamsOptions::spacing, {0, 64}, "voxels",
+                   "between corner rays; 0: adaptive, by bake.tolerance"),
         bindOption("silhouette", &BeamsOptions::silhouette, {0.01, 4}, "voxels", "smallest tube at a shadow's edge"),
         bindOption("disc", &BeamsOptions::disc,
-                   {{"auto", BeamsDisc::Auto}, {"off", BeamsDisc::Off}, {"blur", BeamsDisc::Blur}, {"sample", BeamsDisc::Sample}},
+                   {{"auto", BeamsDisc::Auto},
+                    {"off", BeamsDisc::Off},
+                    {"blur", BeamsDisc::Blur},
+                    {"sample", BeamsDisc::Sample}},
                    "the sun's disc: one blur a layer, or one bake a direction; auto blurs where that is right"),
-        bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "", "directions on the sun's disc when it is sampled"),
+        bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "",
+                   "directions on the sun's disc when it is sampled"),
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
                    "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
         bindOption("interpolation", &BeamsOptions::interpolation,
-                   {{"constant", BeamsInterpolation::Constant}, {"linear", BeamsInterpolation::Linear}, {"ernst", BeamsInterpolation::Ernst}},
-                   "density inside a tube: constant or linear (both exact in energy; linear is second order and dearer), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
+                   {{"constant", BeamsInterpolation::Constant},
+                    {"linear", BeamsInterpolation::Linear},
+                    {"ernst", BeamsInterpolation::Ernst}},
+                   "density inside a tube: constant or linear (both exact in energy; linear is second order and "
+                   "dearer), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
     };
     return bindings;
 }
@@ -41,7 +50,12 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
 class BeamsBake {
 public:
     BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, Monitor& monitor)
-        : scene_(scene), options_(options), frame_(frame), objects_(scene), meshes_(scene, CastAgainst::MeshSurfaces), monitor_(monitor) {
+        : scene_(scene),
+          options_(options),
+          frame_(frame),
+          objects_(scene),
+          meshes_(scene, CastAgainst::MeshSurfaces),
+          monitor_(monitor) {
         launch_.mesh = options.mesh;
         launch_.spacing = options.spacing;
         launch_.refine.tolerance = scene.bake.tolerance;
@@ -57,7 +71,8 @@ public:
         const BeamsDisc disc = discFor(light);
         if (disc != BeamsDisc::Blur) {
             const auto directions = discDirections(light, disc == BeamsDisc::Sample ? options_.disc_samples : 1);
-            for (const glm::dvec3& direction : directions) addDirection(light, direction, 1.0 / static_cast<double>(directions.size()), field);
+            for (const glm::dvec3& direction : directions)
+                addDirection(light, direction, 1.0 / static_cast<double>(directions.size()), field);
             return;
         }
         for (const Surface& surface : scene_.surfaces) addSurface(surface, light, light.direction, 1, field);
@@ -87,7 +102,8 @@ public:
         out.seconds.emplace_back("deposit", deposit_seconds_);
         if (disc_seconds_ > 0) out.seconds.emplace_back("disc", disc_seconds_);
         if (totals_.constant_leaves > 0)
-            out.skipped.push_back(std::to_string(totals_.constant_leaves) + " leaves under flat water are constant and were not summed");
+            out.skipped.push_back(std::to_string(totals_.constant_leaves) +
+                                  " leaves under flat water are constant and were not summed");
     }
 
 private:
@@ -101,10 +117,13 @@ private:
         for (const Surface& surface : scene_.surfaces) addSurface(surface, light, direction, share, field);
     }
 
-    void addSurface(const Surface& surface, const Light& light, const glm::dvec3& direction, double share, LightField& field) {
+    void addSurface(const Surface& surface, const Light& light, const glm::dvec3& direction, double share,
+                    LightField& field) {
         bool first = true;
         for (const Branch branch : {Branch::Refracted, Branch::Reflected}) {
-            if (branch == Branch::Refracted ? surface.event == SurfaceEvent::Reflect : surface.event == SurfaceEvent::Refract) continue;
+            if (branch == Branch::Refracted ? surface.event == SurfaceEvent::Reflect
+                                            : surface.event == SurfaceEvent::Refract)
+                continue;
             const CornerTracer tracer(scene_, surface, direction, branch, frame_, objects_, meshes_);
             TubeLight tube;
             tube.irradiance = light.irradiance * share;
@@ -114,7 +133,8 @@ private:
             if (options_.interpolation == BeamsInterpolation::Linear) tube.density = TubeDensity::Linear;
             tube.ends_matter = launch_.refine.ends_matter;
             tube.two_sided = surface.mesh != nullptr;
-            if (branch == Branch::Refracted) tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
+            if (branch == Branch::Refracted)
+                tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
             const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
                 const auto start = Clock::now();
                 for (const TubeSet& set : sets) {
@@ -130,7 +150,8 @@ private:
                 deposit_seconds_ += secondsSince(start);
             };
             if (surface.height_field)
-                launchHeightField(tracer, launchDomain(scene_, surface, light, frame_), tube, frame_, launch_, sink, launched_, monitor_);
+                launchHeightField(tracer, launchDomain(scene_, surface, light, frame_), tube, frame_, launch_, sink,
+                                  launched_, monitor_);
             else
                 launchMesh(tracer, tube, frame_, launch_, sink, launched_, monitor_);
             first = false;
@@ -216,11 +237,13 @@ LightField causticGrid(const Scene& scene, const LightField& field, const BeamsO
 
 std::string beamsRefusal(const Scene& scene) {
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
-    if (scene.bake.grids.arrival_time) return "the grid 'arrival_time' is not built yet for beams; leave it out of bake.grids";
+    if (scene.bake.grids.arrival_time)
+        return "the grid 'arrival_time' is not built yet for beams; leave it out of bake.grids";
     return specularRefusal(scene);
 }
 
-BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given, Monitor& monitor) {
+BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
+                     Monitor& monitor) {
     BeamsOptions options;
     applyOptions<BeamsOptions>("beams", options, beamsOptions(), given);
     const bool flux = scene.bake.grids.direction;
@@ -232,7 +255,8 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
     if (!flux) report.skipped.emplace_back("direction: not asked for");
     if (channels.irradiance == 1) report.skipped.emplace_back("colour: light and medium are white");
     if (!needed->isEverything())
-        report.skipped.push_back(std::to_string(needed->frame().voxelCount() - needed->count()) + " voxels that nobody needs");
+        report.skipped.push_back(std::to_string(needed->frame().voxelCount() - needed->count()) +
+                                 " voxels that nobody needs");
     LightField field = bakeLights(scene, needed, channels, options, monitor, report);
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, monitor);
@@ -242,8 +266,12 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
 }  // namespace
 
 Method beamsMethod() {
-    return {"beams", "Ray tubes, exact in energy: one refraction or reflection, shadows, colour, the sun's disc",
-            {"irradiance", "direction", "caustic", "density"}, optionSpecs<BeamsOptions>(beamsOptions()), beamsRefusal, bakeBeams};
+    return {"beams",
+            "Ray tubes, exact in energy: one refraction or reflection, shadows, colour, the sun's disc",
+            {"irradiance", "direction", "caustic", "density"},
+            optionSpecs<BeamsOptions>(beamsOptions()),
+            beamsRefusal,
+            bakeBeams};
 }
 
 }  // namespace photic

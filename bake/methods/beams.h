@@ -7,10 +7,10 @@ namespace photic {
 
 /// What is done about the sun's disc.
 enum class BeamsDisc {
-    Auto,     ///< blur where one refraction at a gentle, unobstructed height field bends the disc; otherwise sample
-    Off,      ///< a point sun
-    Blur,     ///< one elliptical blur per layer
-    Sample    ///< one bake per direction on the disc
+    Auto,   ///< blur where one refraction at a gentle, unobstructed height field bends the disc; otherwise sample
+    Off,    ///< a point sun
+    Blur,   ///< one elliptical blur per layer
+    Sample  ///< one bake per direction on the disc
 };
 enum class BeamsKernel { Edges, Scalar };
 /// How density varies inside a tube.
@@ -22,9 +22,9 @@ enum class BeamsInterpolation {
 
 /// [bake.beams]
 struct BeamsOptions {
-    int mesh = 0;                 ///< cells a side of the launched patch; 0: see spacing
-    double spacing = 0;           ///< [voxels] between corner rays; 0: adaptive
-    double silhouette = 0.125;    ///< [voxels] smallest tube at a shadow's edge
+    int mesh = 0;               ///< cells a side of the launched patch; 0: see spacing
+    double spacing = 0;         ///< [voxels] between corner rays; 0: adaptive
+    double silhouette = 0.125;  ///< [voxels] smallest tube at a shadow's edge
     BeamsDisc disc = BeamsDisc::Auto;
     int disc_samples = 32;
     BeamsKernel kernel = BeamsKernel::Edges;

@@ -36,12 +36,16 @@ const Method& chooseMethod(const std::string& name, const Scene& scene) {
     if (refusals.empty()) {
         names.insert(names.begin(), "auto");
         const std::string nearest = nearestName(name, names);
-        throw Error(ErrorCode::Input, fmt::format("there is no method '{}'; {}", name,
-                                                  nearest.empty() ? fmt::format("choose one of {}", fmt::join(names, ", "))
-                                                                  : fmt::format("did you mean '{}'?", nearest)), scene.file);
+        throw Error(ErrorCode::Input,
+                    fmt::format("there is no method '{}'; {}", name,
+                                nearest.empty() ? fmt::format("choose one of {}", fmt::join(names, ", "))
+                                                : fmt::format("did you mean '{}'?", nearest)),
+                    scene.file);
     }
-    throw Error(ErrorCode::Input, name == "auto" ? fmt::format("no method can bake this scene: {}", fmt::join(refusals, "; "))
-                                                 : fmt::format("method {}", refusals.front()), scene.file);
+    throw Error(ErrorCode::Input,
+                name == "auto" ? fmt::format("no method can bake this scene: {}", fmt::join(refusals, "; "))
+                               : fmt::format("method {}", refusals.front()),
+                scene.file);
 }
 
 }  // namespace photic

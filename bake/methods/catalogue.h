@@ -20,10 +20,10 @@ enum class OptionType { Flag, Integer, Number, Choice };
 struct OptionSpec {
     std::string name;
     OptionType type = OptionType::Number;
-    std::string unit;                    ///< "voxels", "m", "" ...
+    std::string unit;  ///< "voxels", "m", "" ...
     OptionValue default_value;
-    double min = 0, max = 0;             ///< inclusive; Integer and Number only
-    std::vector<std::string> choices;    ///< Choice only
+    double min = 0, max = 0;           ///< inclusive; Integer and Number only
+    std::vector<std::string> choices;  ///< Choice only
     std::string help;
 };
 
@@ -39,15 +39,16 @@ struct BakeResult {
     std::optional<LightField> caustic;
     /// The `arrival_time` grid: one channel [m of optical path].
     std::optional<LightField> arrival_time;
-    /// What the method has to say of its grids, without the `photic:` prefix; an empty text removes what the program would say.
+    /// What the method has to say of its grids, without the `photic:` prefix; an empty text removes what the program
+    /// would say.
     std::map<std::string, std::string> metadata;
 };
 
 /// One row of the catalogue.
 struct Method {
     std::string name;
-    std::string summary;                 ///< one line
-    std::vector<std::string> grids;      ///< that it can produce
+    std::string summary;             ///< one line
+    std::vector<std::string> grids;  ///< that it can produce
     std::vector<OptionSpec> options;
     /// Empty when the method can bake the scene, otherwise why not and what can.
     std::string (*refusal)(const Scene&);

@@ -72,8 +72,8 @@ void describe(const EikonalFields& fields, const EikonalOptions& options, const 
     // Power is not followed: first arrivals leave out what comes later.
     meta["ledger"] = "";
     meta["arrivals"] = "first";
-    meta["solver_bytes_a_voxel"] = fmt::format(
-        "{:.2f}", fields.solver_bytes / double(std::max<std::int64_t>(1, result.field.needed().count())));
+    meta["solver_bytes_a_voxel"] =
+        fmt::format("{:.2f}", fields.solver_bytes / double(std::max<std::int64_t>(1, result.field.needed().count())));
     meta["caustic_kind"] =
         options.preset == EikonalPreset::Mercier
             ? "curvature of the front [1/m], positive where light converges, dissipated below the threshold"
@@ -91,12 +91,15 @@ void checkTogether(const Scene& scene, const EikonalOptions& options, bool march
         throw Error(ErrorCode::Input, why, given.at(option).where);
     };
     if (scene.index && options.preset == EikonalPreset::Mercier)
-        refuse("preset", "preset = \"mercier\" is the paper's infinite index, and the scene has an [[index]]; use exact");
+        refuse("preset",
+               "preset = \"mercier\" is the paper's infinite index, and the scene has an [[index]]; use exact");
     if (scene.index && options.solver == EikonalSolver::FootPoints)
-        refuse("solver", "foot points need a constant index, and the scene has an [[index]]; use solver = \"marching\"");
+        refuse("solver",
+               "foot points need a constant index, and the scene has an [[index]]; use solver = \"marching\"");
     if (marching && options.beyond == EikonalBeyond::Dark)
-        refuse("beyond", "marching does not know which voxels lie past a caustic; use solver = \"foot_points\" with "
-                         "beyond = \"dark\"");
+        refuse("beyond",
+               "marching does not know which voxels lie past a caustic; use solver = \"foot_points\" with "
+               "beyond = \"dark\"");
 }
 
 BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
@@ -135,7 +138,8 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
                                                 : "where several arrivals meet: irradiance is not asked for");
     if (scene.index)
         report.warnings.emplace_back(
-            "irradiance is that of the first arrival; where rays that the index bends have crossed, others are missing");
+            "irradiance is that of the first arrival; where rays that the index bends have crossed, others are "
+            "missing");
     report.seconds.emplace_back("surface", lap());
 
     EikonalFields fields{LightField(needed, {scene.coloured() ? 3 : 1, true}), std::nullopt, std::nullopt};

@@ -22,8 +22,7 @@ EikonalGrid::Box EikonalGrid::boxOf(const NeededVoxels& needed, const EikonalFro
     // The surface, which may lie above the domain, and one layer more below for differences.
     const int top = std::max(
         f.max.z, static_cast<int>(std::ceil(f.indexFromWorld({0, 0, front.surface().height_field->maxZ()}).z)) + 1);
-    glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1),
-        end(f.max.x + kGhosts, f.max.y + kGhosts, top);
+    glm::ivec3 start(f.min.x - kGhosts, f.min.y - kGhosts, lowest - 1), end(f.max.x + kGhosts, f.max.y + kGhosts, top);
     if (front.index()) {
         const glm::dvec2 low(f.indexFromWorld({front.reach().low, 0})), high(f.indexFromWorld({front.reach().high, 0}));
         for (int a = 0; a < 2; ++a) {
@@ -69,8 +68,8 @@ EikonalGrid::EikonalGrid(const NeededVoxels& needed, const EikonalFront& front, 
     parallelFor(blocks.blockCount(), [&](std::int64_t b) {
         const glm::ivec3 origin = blocks.origin(static_cast<int>(b)) - shift;
         for (int c = 0; c < BlockGrid::kCells; ++c)
-            slowness[static_cast<std::size_t>(b * BlockGrid::kCells + c)] = static_cast<float>(
-                front.index()->at(centre(origin + glm::ivec3(c & 7, c >> 3 & 7, c >> 6))));
+            slowness[static_cast<std::size_t>(b * BlockGrid::kCells + c)] =
+                static_cast<float>(front.index()->at(centre(origin + glm::ivec3(c & 7, c >> 3 & 7, c >> 6))));
     });
 }
 

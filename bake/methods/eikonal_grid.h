@@ -20,8 +20,8 @@ struct EikonalGrid {
 
     glm::dvec3 centre(const glm::ivec3& cell) const { return frame.worldFromIndex(glm::dvec3(start + cell)); }
     bool isGhost(const glm::ivec3& cell) const {
-        return slowness.empty() && (cell.x < kGhosts || cell.y < kGhosts || cell.x >= size.x - kGhosts ||
-                                    cell.y >= size.y - kGhosts);
+        return slowness.empty() &&
+               (cell.x < kGhosts || cell.y < kGhosts || cell.x >= size.x - kGhosts || cell.y >= size.y - kGhosts);
     }
     std::int64_t index(const glm::ivec3& cell) const { return blocks.cellIndex(cell + shift); }
     std::size_t flat(const glm::ivec3& block_cell) const {

@@ -49,7 +49,7 @@ bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) 
     });
     if (!silhouettes) return true;
     const auto kernel = discKernels(surface, light, frame);
-    const auto reach = [&](int k) {     // of the ellipse along x and y [voxels]; it grows evenly with depth
+    const auto reach = [&](int k) {  // of the ellipse along x and y [voxels]; it grows evenly with depth
         const glm::dmat2 disc = kernel(k).disc_from_unit;
         return std::max(std::hypot(disc[0].x, disc[1].x), std::hypot(disc[0].y, disc[1].y));
     };
@@ -69,10 +69,12 @@ std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light&
     frameAround(light.direction, across, up);
     const double s = std::sin(radius), c = std::cos(radius);
     // Central differences over the disc itself, in world x and y for each metre of z.
-    const glm::dvec2 along_x = 0.5 * (slope(c * light.direction + s * across) - slope(c * light.direction - s * across));
+    const glm::dvec2 along_x =
+        0.5 * (slope(c * light.direction + s * across) - slope(c * light.direction - s * across));
     const glm::dvec2 along_y = 0.5 * (slope(c * light.direction + s * up) - slope(c * light.direction - s * up));
-    const glm::dmat2 index_from_world = glm::inverse(glm::dmat2(frame.world_from_index[0].x, frame.world_from_index[0].y,
-                                                                frame.world_from_index[1].x, frame.world_from_index[1].y));
+    const glm::dmat2 index_from_world =
+        glm::inverse(glm::dmat2(frame.world_from_index[0].x, frame.world_from_index[0].y, frame.world_from_index[1].x,
+                                frame.world_from_index[1].y));
     const glm::dmat2 per_metre = index_from_world * glm::dmat2(along_x, along_y);
     return [=](int k) {
         const double depth = level - frame.worldFromIndex({0, 0, k}).z;

@@ -10,7 +10,8 @@
 
 namespace photic {
 
-/// Directions of equal weight on a light's disc, evenly spread (Vogel's spiral); the light's own direction for a point sun.
+/// Directions of equal weight on a light's disc, evenly spread (Vogel's spiral); the light's own direction for a point
+/// sun.
 std::vector<glm::dvec3> discDirections(const Light& light, int count);
 
 /// Whether one blur per layer serves the light: one height field that refracts or reflects gently, and either nothing
@@ -18,7 +19,8 @@ std::vector<glm::dvec3> discDirections(const Light& light, int count);
 /// shadows, whose penumbrae it makes as wide as those of a blocker at the surface: an error below its own reach.
 bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame);
 
-/// The disc's image in each z layer of the grid after one event at the surface's mean plane: depth x d(slope)/d(direction).
+/// The disc's image in each z layer of the grid after one event at the surface's mean plane: depth x
+/// d(slope)/d(direction).
 std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame);
 
 }  // namespace photic

@@ -9,7 +9,7 @@ namespace photic {
 enum class PulseShape {
     Slope,  ///< -x exp((1 - x^2) / 2): the first derivative of a Gaussian; the widest spectrum without a mean, so that
             ///< arrivals that overlap show few fringes, and nothing slow is left behind
-    Bump  ///< exp(-x^2 / 2): a Gaussian, whose integral over time is not 0
+    Bump    ///< exp(-x^2 / 2): a Gaussian, whose integral over time is not 0
 };
 
 /// A short pulse f(x), x = t / width, of height 1.

@@ -15,15 +15,15 @@ namespace photic {
 /// emitted = reflected + absorbed_medium + scattered + absorbed_surface + received + escaped
 ///         + dropped + culled, to rounding.
 struct PowerLedger {
-    double emitted = 0;          ///< through the launched patch (before any blocker)
-    double reflected = 0;        ///< Fresnel branch that is not traced
-    double absorbed_medium = 0;  ///< by the medium's absorption
-    double scattered = 0;        ///< out of the beam by the medium's scattering
-    double absorbed_surface = 0; ///< at blockers before the first specular event
-    double received = 0;         ///< ended on a receiver or blocker after it
-    double escaped = 0;          ///< left the domain
-    double dropped = 0;          ///< tubes given up at the refinement floor
-    double culled = 0;           ///< tubes that touch no needed voxel, and launched light that misses everything
+    double emitted = 0;           ///< through the launched patch (before any blocker)
+    double reflected = 0;         ///< Fresnel branch that is not traced
+    double absorbed_medium = 0;   ///< by the medium's absorption
+    double scattered = 0;         ///< out of the beam by the medium's scattering
+    double absorbed_surface = 0;  ///< at blockers before the first specular event
+    double received = 0;          ///< ended on a receiver or blocker after it
+    double escaped = 0;           ///< left the domain
+    double dropped = 0;           ///< tubes given up at the refinement floor
+    double culled = 0;            ///< tubes that touch no needed voxel, and launched light that misses everything
 
     double accounted() const {
         return reflected + absorbed_medium + scattered + absorbed_surface + received + escaped + dropped + culled;
@@ -37,23 +37,25 @@ struct PowerLedger {
 struct PathLedger {
     double deposited = 0;  ///< sum over needed voxels of fluence rate [W/m2] x volume [m3]
     double expected = 0;   ///< integral of power along paths through needed voxels
-    double imbalance() const { return expected > 0 ? std::fabs(deposited - expected) / expected : std::fabs(deposited); }
+    double imbalance() const {
+        return expected > 0 ? std::fabs(deposited - expected) / expected : std::fabs(deposited);
+    }
 };
 
 /// What a bake did: both ledgers, counts, seconds by stage, and what was skipped.
 struct BakeReport {
     PowerLedger power;
     PathLedger path;
-    double reference_irradiance = 1;                        ///< [W/m2]
-    std::int64_t tubes = 0;                                 ///< ray tubes (or photons) deposited
-    std::int64_t corner_rays = 0;                           ///< rays traced
+    double reference_irradiance = 1;  ///< [W/m2]
+    std::int64_t tubes = 0;           ///< ray tubes (or photons) deposited
+    std::int64_t corner_rays = 0;     ///< rays traced
     std::int64_t needed_voxels = 0;
     std::int64_t active_voxels = 0;
-    std::int64_t field_bytes = 0;                           ///< memory held by the field
-    std::string instruction_set;                            ///< of the deposit kernel: "avx512", "avx2", "portable"
+    std::int64_t field_bytes = 0;  ///< memory held by the field
+    std::string instruction_set;   ///< of the deposit kernel: "avx512", "avx2", "portable"
     int threads = 0;
-    std::vector<std::pair<std::string, double>> seconds;    ///< wall time by stage, in order
-    std::vector<std::string> skipped;                       ///< what was not computed, in words
+    std::vector<std::pair<std::string, double>> seconds;  ///< wall time by stage, in order
+    std::vector<std::string> skipped;                     ///< what was not computed, in words
     std::vector<std::string> warnings;
 };
 

@@ -9,8 +9,9 @@
 #include "bake/report/error.h"
 
 #define TOML_EXCEPTIONS 1
-// toml++ 3.3 assumes that a key starts with a key's character before it has looked: on malformed files its assertion would
-// end the program, and without assertions the assumption is undefined. Its parser reports the character by itself.
+// toml++ 3.3 assumes that a key starts with a key's character before it has looked: on malformed files its assertion
+// would end the program, and without assertions the assumption is undefined. Its parser reports the character by
+// itself.
 #include <toml++/impl/preprocessor.h>
 #undef TOML_ASSERT_ASSUME
 #define TOML_ASSERT_ASSUME(expr) static_cast<void>(0)
@@ -98,7 +99,8 @@ ConfigValue parseConfig(const std::string& text, const std::string& name) {
         else if (c == '\n' || c == ',' || c == '=' || c == '"' || c == '\'' || c == '#')
             parts = 0;
         if (parts > kDeepest)
-            throw Error(ErrorCode::Input, fmt::format("a key of more than {} dotted parts; no key of a scene has more than 3", kDeepest),
+            throw Error(ErrorCode::Input,
+                        fmt::format("a key of more than {} dotted parts; no key of a scene has more than 3", kDeepest),
                         fmt::format("{}:{}", name, line));
     }
     try {

@@ -11,8 +11,8 @@ namespace photic {
 
 /// A point of a surface over a parameter plane.
 struct SurfacePoint {
-    glm::dvec3 position{0};   ///< world [m]
-    glm::dvec3 normal{0};     ///< world, upwards (z > 0 unless it folds), d(position)/du x d(position)/dv, NOT normalised
+    glm::dvec3 position{0};  ///< world [m]
+    glm::dvec3 normal{0};  ///< world, upwards (z > 0 unless it folds), d(position)/du x d(position)/dv, NOT normalised
 };
 
 /// Surface points as arrays, for vectorised tracing.
@@ -48,8 +48,8 @@ public:
     virtual double minZ() const = 0;
     virtual double maxZ() const = 0;
     virtual double maxDisplacement() const { return 0; }
-    /// A length [m] below which the surface is smooth: sample spacing of a map, shortest wavelength / 8 of a sum of sines.
-    /// A flat surface returns +infinity.
+    /// A length [m] below which the surface is smooth: sample spacing of a map, shortest wavelength / 8 of a sum of
+    /// sines. A flat surface returns +infinity.
     virtual double featureSize() const = 0;
 };
 

@@ -69,7 +69,8 @@ Light loadLight(const ConfigValue& value, std::size_t number) {
     constexpr double kDimmest = 1e-12, kBrightest = 1e12;
     const double brightest = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
     if (brightest > kBrightest || (brightest > 0 && brightest < kDimmest))
-        table.fail("irradiance", fmt::format("'irradiance' is {:g} W/m2; give {:g} to {:g}, the sun has 1000", brightest, kDimmest, kBrightest));
+        table.fail("irradiance", fmt::format("'irradiance' is {:g} W/m2; give {:g} to {:g}, the sun has 1000",
+                                             brightest, kDimmest, kBrightest));
     if (light.irradiance == glm::dvec3(0))
         table.fail("irradiance", "'irradiance' is 0; a light must shine in at least one channel");
     light.angular_diameter_deg = table.number("angular_diameter", between(0, 10, "degrees")).value_or(0.53);

@@ -140,10 +140,11 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (const ConfigValue* medium = table.find("medium")) scene.medium = loadMedium(*medium, context);
     const auto indices = tablesOf(table.find("index"), "index");
     if (indices.size() > 1)
-        throw Error(ErrorCode::Input,
-                    fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
-                                indices.size()),
-                    indices[1]->where);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
+                        indices.size()),
+            indices[1]->where);
     if (const ConfigValue* bake = table.find("bake")) scene.bake = loadBake(*bake);
     if (scene.medium.present()) scene.bake.grids.density = true;
 

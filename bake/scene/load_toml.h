@@ -18,7 +18,8 @@ namespace photic {
 Scene loadScene(const std::string& path, int frame, Monitor& monitor);
 
 /// The same from text, for tests; relative files are looked up in `directory`.
-Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame, Monitor& monitor);
+Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
+                 Monitor& monitor);
 
 /// The name in `known` closest to `given` by edit distance, or "" when none is near.
 std::string nearestName(const std::string& given, const std::vector<std::string>& known);

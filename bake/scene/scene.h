@@ -24,9 +24,9 @@ enum class ShearMode { None, Light, Explicit };
 /// The box that is baked [m].
 struct Domain {
     glm::dvec3 min{0}, max{0};
-    double voxel_size = 0;               ///< [m]; cubic before shear
+    double voxel_size = 0;  ///< [m]; cubic before shear
     ShearMode shear_mode = ShearMode::None;
-    glm::dvec2 shear{0};                 ///< dx/dz, dy/dz when Explicit
+    glm::dvec2 shear{0};  ///< dx/dz, dy/dz when Explicit
     /// Voxel height [m] along z; 0: voxel_size. A sheared grid needs fewer layers (`layer_height` in the file).
     double layer_height = 0;
 };
@@ -47,14 +47,14 @@ enum class Outside { Flat, Periodic, None };
 /// A specular interface: a height field, or an open triangle mesh.
 struct Surface {
     std::string name;
-    std::string where;                                 ///< file:line of its table, for messages
-    std::shared_ptr<const HeightField> height_field;   ///< one of the two is set
+    std::string where;                                ///< file:line of its table, for messages
+    std::shared_ptr<const HeightField> height_field;  ///< one of the two is set
     std::shared_ptr<const TriangleMesh> mesh;
-    glm::dvec2 size{0};                                ///< of the patch [m]; height fields only
+    glm::dvec2 size{0};  ///< of the patch [m]; height fields only
     glm::dvec3 center{0};
     Outside outside = Outside::Flat;
     SurfaceEvent event = SurfaceEvent::Refract;
-    double ior_above = 1.0;                            ///< on the side of the normal
+    double ior_above = 1.0;  ///< on the side of the normal
     double ior_below = 1.333;
 };
 
@@ -62,7 +62,7 @@ struct Surface {
 struct Medium {
     glm::dvec3 absorption{0};
     glm::dvec3 scattering{0};
-    double anisotropy = 0;                             ///< Henyey-Greenstein g, -1..1
+    double anisotropy = 0;  ///< Henyey-Greenstein g, -1..1
     glm::dvec3 extinction() const { return absorption + scattering; }
     bool present() const { return extinction() != glm::dvec3(0); }
     bool coloured() const {
@@ -73,7 +73,7 @@ struct Medium {
 
 enum class Role { Receiver, Movable, Blocker };
 struct Plane {
-    glm::dvec3 point{0}, normal{0, 0, 1};              ///< unit normal
+    glm::dvec3 point{0}, normal{0, 0, 1};  ///< unit normal
 };
 /// Something that receives or blocks light.
 struct Object {
@@ -95,7 +95,7 @@ struct GridSet {
 using OptionValue = std::variant<bool, std::int64_t, double, std::string>;
 struct GivenOption {
     OptionValue value;
-    std::string where;                                 ///< file:line, or "--set"
+    std::string where;  ///< file:line, or "--set"
 };
 using GivenOptions = std::map<std::string, GivenOption>;
 
@@ -104,17 +104,17 @@ struct BakeSettings {
     std::string method = "auto";
     GridSet grids;
     Where where = Where::Everywhere;
-    int band = 2;                                      ///< voxels around receivers
+    int band = 2;  ///< voxels around receivers
     Paths paths = Paths::Caustic;
-    int quadrature = 1;                                ///< 1 | 2 | 4 Gauss points across a layer
-    double tolerance = 0.25;                           ///< [voxels] refinement
+    int quadrature = 1;       ///< 1 | 2 | 4 Gauss points across a layer
+    double tolerance = 0.25;  ///< [voxels] refinement
     bool prefilter = false;
     std::map<std::string, GivenOptions> method_options;  ///< [bake.NAME] tables
 };
 
 /// Everything that a bake reads.
 struct Scene {
-    std::string file;                                  ///< as given; for messages
+    std::string file;  ///< as given; for messages
     Domain domain;
     std::vector<Light> lights;
     std::vector<Surface> surfaces;
@@ -123,7 +123,7 @@ struct Scene {
     std::shared_ptr<const IndexVolume> index;
     std::vector<Object> objects;
     BakeSettings bake;
-    std::uint64_t hash = 0;                            ///< of the file and all that it refers to, for this frame
+    std::uint64_t hash = 0;  ///< of the file and all that it refers to, for this frame
     int frame = 0;
 
     /// Three channels are needed.

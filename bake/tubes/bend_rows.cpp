@@ -12,12 +12,13 @@ void BendRows::measure(const RayRow* rays, int rows, double floor_w) {
     for (int j = 0; j <= rows; ++j) {
         const RayRow& here = rays[j];
         const auto bendAlong = [&](int i, const RayRow& before, const RayRow& after, int di, double w) {
-            const auto k = static_cast<std::size_t>(i), a = static_cast<std::size_t>(i - di), b = static_cast<std::size_t>(i + di);
+            const auto k = static_cast<std::size_t>(i), a = static_cast<std::size_t>(i - di),
+                       b = static_cast<std::size_t>(i + di);
             // Where the three rays meet the plane w.
-            const double u = before.u[a] + before.du[a] * (w - before.w[a]) + after.u[b] + after.du[b] * (w - after.w[b]) -
-                             2 * (here.u[k] + here.du[k] * (w - here.w[k]));
-            const double v = before.v[a] + before.dv[a] * (w - before.w[a]) + after.v[b] + after.dv[b] * (w - after.w[b]) -
-                             2 * (here.v[k] + here.dv[k] * (w - here.w[k]));
+            const double u = before.u[a] + before.du[a] * (w - before.w[a]) + after.u[b] +
+                             after.du[b] * (w - after.w[b]) - 2 * (here.u[k] + here.du[k] * (w - here.w[k]));
+            const double v = before.v[a] + before.dv[a] * (w - before.w[a]) + after.v[b] +
+                             after.dv[b] * (w - after.w[b]) - 2 * (here.v[k] + here.dv[k] * (w - here.w[k]));
             return static_cast<float>(std::max(std::fabs(u), std::fabs(v)));
         };
         for (int i = 0; i < stride_; ++i) {

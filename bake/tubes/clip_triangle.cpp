@@ -29,7 +29,8 @@ ClipPolygon clip(const ClipPolygon& in, double limit, double sign) {
         if (da >= 0) out.points[out.count++] = a;
         if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
             const double s = da / (da - db);
-            out.points[out.count++] = {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.b1 + s * (b.b1 - a.b1), a.b2 + s * (b.b2 - a.b2)};
+            out.points[out.count++] = {a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.b1 + s * (b.b1 - a.b1),
+                                       a.b2 + s * (b.b2 - a.b2)};
         }
     }
     return out;
@@ -47,7 +48,9 @@ double sourceFraction(const ClipPolygon& p) {
 
 // The share of the source triangle's power, whose density is linear between the corners.
 double sourceShare(const ClipPolygon& p, const double* density) {
-    const auto at = [&](const ClipPoint& q) { return density[0] + q.b1 * (density[1] - density[0]) + q.b2 * (density[2] - density[0]); };
+    const auto at = [&](const ClipPoint& q) {
+        return density[0] + q.b1 * (density[1] - density[0]) + q.b2 * (density[2] - density[0]);
+    };
     double share = 0;
     for (int i = 1; i + 1 < p.count; ++i) {
         const ClipPoint &a = p.points[0], &b = p.points[i], &c = p.points[i + 1];
@@ -83,7 +86,8 @@ void addToVoxel(TileSums& tile, int lane, int row, int column, const float* amou
 
 }  // namespace
 
-void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts, const CornerDensities* density) {
+void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts,
+                    const CornerDensities* density) {
     const double xs[3] = {x[0], x[1], x[2]}, ys[3] = {y[0], y[1], y[2]};
     const auto [least_x, most_x] = std::minmax({xs[0], xs[1], xs[2]});
     const auto [least_y, most_y] = std::minmax({ys[0], ys[1], ys[2]});
@@ -104,7 +108,8 @@ void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3]
             const ClipPolygon cell = clip<&ClipPoint::x>(clip<&ClipPoint::x>(strip, column, 1), column + 1, -1);
             if (cell.count < 3) continue;
             const double fraction = sourceFraction(cell);
-            addToVoxel(tile, lane, row, column, amounts, [&](int k) { return density ? sourceShare(cell, density[k].data()) : fraction; });
+            addToVoxel(tile, lane, row, column, amounts,
+                       [&](int k) { return density ? sourceShare(cell, density[k].data()) : fraction; });
         }
     }
 }
@@ -128,7 +133,7 @@ double fractionInside(const double x[3], const double y[3], double width, double
     const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
     const auto [least_y, most_y] = std::minmax({y[0], y[1], y[2]});
     if (most_x <= 0 || least_x >= width || most_y <= 0 || least_y >= height) return 0;
-    const bool sides[4] = {least_x < 0, most_x > width, least_y < 0, most_y > height};
+    const bool sides[4] = {least_x<0, most_x> width, least_y<0, most_y> height};
     const int crossed = sides[0] + sides[1] + sides[2] + sides[3];
     if (crossed == 0) return 1;
     if (crossed == 1 && !density) {

@@ -8,15 +8,16 @@
 namespace photic {
 namespace {
 
-constexpr double kSame = 1e-6;          // relative difference that single precision cannot tell
-constexpr std::size_t kMaxTubes = 64;   // more than that is not a flat surface
+constexpr double kSame = 1e-6;         // relative difference that single precision cannot tell
+constexpr std::size_t kMaxTubes = 64;  // more than that is not a flat surface
 
 glm::dvec2 at(const CornerRay& c, double w) { return {c.u + c.du_dw * (w - c.w), c.v + c.dv_dw * (w - c.w)}; }
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 bool contains(const glm::dvec2* p, const glm::dvec2& point) {
-    const double a = cross(p[1] - p[0], point - p[0]), b = cross(p[2] - p[1], point - p[1]), c = cross(p[0] - p[2], point - p[2]);
+    const double a = cross(p[1] - p[0], point - p[0]), b = cross(p[2] - p[1], point - p[1]),
+                 c = cross(p[0] - p[2], point - p[2]);
     return (a >= 0 && b >= 0 && c >= 0) || (a <= 0 && b <= 0 && c <= 0);
 }
 
@@ -35,7 +36,8 @@ bool constantTile(const TubeSet& set, const std::vector<std::uint32_t>& blocks, 
     if (tubes > kMaxTubes) return false;
 
     const double entry = tile.first_w - 0.5, exit = tile.first_w + tile.active_lanes - 0.5;
-    const glm::dvec2 low(tile.tile_min_u - 0.5, tile.tile_min_v - 0.5), high(tile.tile_max_u - 0.5, tile.tile_max_v - 0.5);
+    const glm::dvec2 low(tile.tile_min_u - 0.5, tile.tile_min_v - 0.5),
+        high(tile.tile_max_u - 0.5, tile.tile_max_v - 0.5);
     // A point of the tile that no corner of a regular mesh falls on.
     const glm::dvec2 probe = low + (high - low) * glm::dvec2(0.4142135, 0.5615528);
     const TubeConstants* first = nullptr;

@@ -6,9 +6,14 @@
 
 namespace photic {
 
-CornerTracer::CornerTracer(const Scene& scene, const Surface& surface, const glm::dvec3& light_direction, Branch branch, const GridFrame& frame,
-                           const RayCaster& objects, const RayCaster& meshes)
-    : surface_(surface), light_direction_(light_direction), branch_(branch), objects_(objects), meshes_(meshes), track_end_(frame) {
+CornerTracer::CornerTracer(const Scene& scene, const Surface& surface, const glm::dvec3& light_direction, Branch branch,
+                           const GridFrame& frame, const RayCaster& objects, const RayCaster& meshes)
+    : surface_(surface),
+      light_direction_(light_direction),
+      branch_(branch),
+      objects_(objects),
+      meshes_(meshes),
+      track_end_(frame) {
     for (const Object& object : scene.objects)
         if (const Plane* plane = std::get_if<Plane>(&object.shape); plane && object.blocks()) planes_.push_back(*plane);
 }
@@ -24,7 +29,8 @@ Corner CornerTracer::trace(const SurfaceParam& param, const glm::dvec3& face) co
     return traceAt(param, point.position, normal, normal);
 }
 
-Corner CornerTracer::traceAt(const SurfaceParam& param, const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& face) const {
+Corner CornerTracer::traceAt(const SurfaceParam& param, const glm::dvec3& position, const glm::dvec3& normal,
+                             const glm::dvec3& face) const {
     Corner corner;
     corner.param = param;
     corner.position = position;
@@ -59,7 +65,8 @@ Corner CornerTracer::traceAt(const SurfaceParam& param, const glm::dvec3& positi
     }
     corner.hit_distance = hit.distance;
     // Light that meets a second specular surface stops there: nothing receives it, so there is no overshoot.
-    corner.end_distance = corner.end_object == Corner::kEndsOnSurface ? hit.distance : track_end_(position, corner.direction, hit);
+    corner.end_distance =
+        corner.end_object == Corner::kEndsOnSurface ? hit.distance : track_end_(position, corner.direction, hit);
     return corner;
 }
 

@@ -11,23 +11,26 @@ namespace photic {
 namespace portable {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
-}
+}  // namespace portable
 #ifdef PHOTIC_X86_KERNELS
 namespace avx2 {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
-}
+}  // namespace avx2
 namespace avx512 {
 TileKernels kernelsFor(int lanes, int irradiance_channels, bool flux, TubeDensity density);
 RowTracer rowTracerHere();
-}
+}  // namespace avx512
 #endif
 
 const char* name(InstructionSet set) {
     switch (set) {
-        case InstructionSet::Avx512: return "avx512";
-        case InstructionSet::Avx2: return "avx2";
-        case InstructionSet::Portable: break;
+        case InstructionSet::Avx512:
+            return "avx512";
+        case InstructionSet::Avx2:
+            return "avx2";
+        case InstructionSet::Portable:
+            break;
     }
     return "portable";
 }

@@ -19,20 +19,20 @@ struct TileSums {
     static constexpr int kColumns = 64;
     static constexpr int kMaxLanes = 16;
     int lanes = 16;
-    int active_lanes = 16;                 ///< lanes past these are padding: computed, not counted, not kept
-    int first_w = 0;                       ///< layer of lane 0
-    int u0 = 0, v0 = 0;                    ///< voxel of column 0, row 0 for a lane that is not shifted
-    int columns = 0, rows = 0;             ///< of the buffer, shifts included
+    int active_lanes = 16;      ///< lanes past these are padding: computed, not counted, not kept
+    int first_w = 0;            ///< layer of lane 0
+    int u0 = 0, v0 = 0;         ///< voxel of column 0, row 0 for a lane that is not shifted
+    int columns = 0, rows = 0;  ///< of the buffer, shifts included
     int shift_u[kMaxLanes] = {}, shift_v[kMaxLanes] = {};
     int tile_min_u = 0, tile_min_v = 0, tile_max_u = 0, tile_max_v = 0;  ///< the tile's voxels, max exclusive
     int rect_min_u = 0, rect_min_v = 0, rect_max_u = 0, rect_max_v = 0;  ///< rectangle of processed tiles around it
-    int channels = 4;                      ///< irradiance channels + 3 with flux
-    float* sums = nullptr;                 ///< rows x (columns + 1) x channels x lanes
-    double layer_offset = 0.5;             ///< where in the layer the plane lies, 0 entry .. 1 exit (Gauss point)
-    float layer_weight = 1;                ///< of that Gauss point
-    double expected = 0;                   ///< sum of power x path length inside the rectangle [W m], owned by this tile
-    bool running = true;                   ///< sums hold changes along u; false: densities (the scalar kernel)
-    std::int64_t degenerate = 0;           ///< tube layers that were clipped one by one
+    int channels = 4;                                                    ///< irradiance channels + 3 with flux
+    float* sums = nullptr;                                               ///< rows x (columns + 1) x channels x lanes
+    double layer_offset = 0.5;    ///< where in the layer the plane lies, 0 entry .. 1 exit (Gauss point)
+    float layer_weight = 1;       ///< of that Gauss point
+    double expected = 0;          ///< sum of power x path length inside the rectangle [W m], owned by this tile
+    bool running = true;          ///< sums hold changes along u; false: densities (the scalar kernel)
+    std::int64_t degenerate = 0;  ///< tube layers that were clipped one by one
     int cellStride() const { return channels * lanes; }
     int rowStride() const { return (columns + 1) * cellStride(); }
 };
@@ -48,7 +48,8 @@ constexpr float kLeastDeparture = 1e-4f;
 /// Mean density around a tube's corners at the surface, as CornerSpread counts power; 1 where it is not known.
 inline float unfocused(const CornerSpread& a, const CornerSpread& b, const CornerSpread& c) {
     float area = 0;
-    for (const CornerSpread* s : {&a, &b, &c}) area += std::fabs(s->step[0][0] * s->step[1][1] - s->step[0][1] * s->step[1][0]);
+    for (const CornerSpread* s : {&a, &b, &c})
+        area += std::fabs(s->step[0][0] * s->step[1][1] - s->step[0][1] * s->step[1][0]);
     const float power = a.power + b.power + c.power;
     return area > 0 && power > 0 ? power / area : 1;
 }
@@ -69,12 +70,12 @@ using EdgeKernel = void (*)(const TubeSet&, const std::uint32_t* blocks, int blo
 /// Turns changes along u into densities: one running sum per row.
 using SumKernel = void (*)(TileSums&);
 
-/// Copies 8 x 8 columns x 8 lanes out of a tile whose w is the grid's z, into leaf order (u, v, lane), all channels, 0 where
-/// lanes from `first_lane` on are not the tile's,
-/// times `scale`; voxels whose irradiance is below `floor` (rounding of the running sums) become 0 in all channels.
+/// Copies 8 x 8 columns x 8 lanes out of a tile whose w is the grid's z, into leaf order (u, v, lane), all channels, 0
+/// where lanes from `first_lane` on are not the tile's, times `scale`; voxels whose irradiance is below `floor`
+/// (rounding of the running sums) become 0 in all channels.
 /// @param u, v  the leaf's first voxel; out: channels x 512 @return whether any value is not 0
-using LeafKernel = bool (*)(const TileSums&, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
-                            float* out);
+using LeafKernel = bool (*)(const TileSums&, int u, int v, int first_lane, int irradiance_channels, float scale,
+                            float floor, float* out);
 
 struct TileKernels {
     EdgeKernel edges = nullptr;
@@ -105,6 +106,7 @@ double meanClamped(double a, double b, double c);
 
 /// Fraction of a triangle inside the rectangle [0, width] x [0, height].
 /// @param density  at the corners, of mean 1; null: 1
-double fractionInside(const double x[3], const double y[3], double width, double height, const double* density = nullptr);
+double fractionInside(const double x[3], const double y[3], double width, double height,
+                      const double* density = nullptr);
 
 }  // namespace photic

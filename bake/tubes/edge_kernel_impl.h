@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The edge kernel, once per instruction set: exact signed area coverage as analytic font rasterisers accumulate it, for 4, 8
-// or 16 layers of voxels at a time. Derivation: docs/methods.md, "The edge kernel".
+// The edge kernel, once per instruction set: exact signed area coverage as analytic font rasterisers accumulate it, for
+// 4, 8 or 16 layers of voxels at a time. Derivation: docs/methods.md, "The edge kernel".
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr int kMaxTubes = 256;
 template <class V, int kIrradiance, TubeDensity kDensity>
 struct BlockLayers {
     V x[kMaxCorners], y[kMaxCorners], open[kMaxCorners];
-    float first_open[kMaxCorners];   // least open part over the lanes
+    float first_open[kMaxCorners];  // least open part over the lanes
     float min_x[kMaxCorners], max_x[kMaxCorners], min_y[kMaxCorners], max_y[kMaxCorners];
     V density[kMaxTubes][kIrradiance];
     bool present[kMaxTubes];
@@ -62,8 +62,10 @@ private:
             const V part = clampTo(open, splat<V>(0.0f), splat<V>(1.0f));
             // The plane lies in the middle of the open part (or at the Gauss point of it).
             const V plane = lane + sense * (0.5f - part * (1.0f - offset));
-            const V x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane - shift_u_;
-            const V y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane - shift_v_;
+            const V x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane -
+                        shift_u_;
+            const V y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane -
+                        shift_v_;
             at_.x[i] = x, at_.y[i] = y, at_.open[i] = open;
             if constexpr (kLinear) at_.around[i] = aroundCorner(block, i, static_cast<float>(dw) + plane, part);
             at_.first_open[i] = open[set_.sense > 0 ? 0 : kLanes - 1];
@@ -78,7 +80,8 @@ private:
         CornerLayers<V> out = cornerLayers(spread, layers);
         out.density = out.density * part;
         if (set_.extinction == glm::dvec3(0)) return out;
-        const float mean = static_cast<float>((set_.extinction.x + set_.extinction.y + set_.extinction.z) * (1.0 / 3.0));
+        const float mean =
+            static_cast<float>((set_.extinction.x + set_.extinction.y + set_.extinction.z) * (1.0 / 3.0));
         out.density = out.density * exponential<V>(-mean * spread.length * absolute(layers));
         return out;
     }
@@ -119,7 +122,8 @@ private:
             float most_open = 0;
             for (int l = 0; l < kLanes; ++l) {
                 if (low[l] < 1.0f)
-                    length[l] = static_cast<float>(meanClamped(at_.open[c[0]][l], at_.open[c[1]][l], at_.open[c[2]][l]));
+                    length[l] =
+                        static_cast<float>(meanClamped(at_.open[c[0]][l], at_.open[c[1]][l], at_.open[c[2]][l]));
                 most_open = length[l] > most_open ? length[l] : most_open;
             }
             if (most_open <= 0.0f) return false;
@@ -146,7 +150,8 @@ private:
         return true;
     }
 
-    void densityOf(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c, const V& length) {
+    void densityOf(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c,
+                   const V& length) {
         const V x0 = at_.x[c[0]], x1 = at_.x[c[1]], x2 = at_.x[c[2]];
         const V y0 = at_.y[c[0]], y1 = at_.y[c[1]], y2 = at_.y[c[2]];
         const V e1x = x1 - x0, e1y = y1 - y0, e2x = x2 - x0, e2y = y2 - y0;
@@ -171,8 +176,7 @@ private:
                 float mean = 0;
                 for (int k = 0; k < kIrradiance; ++k) amounts[k] = amount[k][l] * tube.length, mean += amount[k][l];
                 if (kFlux)
-                    for (int k = 0; k < 3; ++k)
-                        amounts[kIrradiance + k] = mean * (1.0f / kIrradiance) * tube.travel[k];
+                    for (int k = 0; k < 3; ++k) amounts[kIrradiance + k] = mean * (1.0f / kIrradiance) * tube.travel[k];
                 depositClipped(tile_, l, xs, ys, amounts);
                 ++tile_.degenerate;
             }
@@ -191,15 +195,17 @@ private:
         V sum = {};
         for (int i = 0; i < 3; ++i) {
             const int a = c[i], b = c[(i + 1) % 3];
-            sum = sum + handedOn(spreads[a], spreads[b], at_.around[a], at_.around[b], at_.x[b] - at_.x[a], at_.y[b] - at_.y[a]);
+            sum = sum + handedOn(spreads[a], spreads[b], at_.around[a], at_.around[b], at_.x[b] - at_.x[a],
+                                 at_.y[b] - at_.y[a]);
         }
-        for (int k = 0; k < kIrradiance; ++k) amount[k] = amount[k] - static_cast<float>(set_.irradiance[k]) * tile_.layer_weight * sum;
+        for (int k = 0; k < kIrradiance; ++k)
+            amount[k] = amount[k] - static_cast<float>(set_.irradiance[k]) * tile_.layer_weight * sum;
     }
 
-    // Adds the departures of a tube's density from its mean; returns the density at its corners in multiples of the mean, or
-    // null where it is constant.
-    const V* addDepartures(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c, const V* x, const V* y,
-                           V inverse_area) {
+    // Adds the departures of a tube's density from its mean; returns the density at its corners in multiples of the
+    // mean, or null where it is constant.
+    const V* addDepartures(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c,
+                           const V* x, const V* y, V inverse_area) {
         const CornerSpread* spreads = &set_.spreads[block.first_corner];
         const CornerSpread &a = spreads[c[0]], &b = spreads[c[1]], &d = spreads[c[2]];
         if (a.power * b.power * d.power == 0.0f) return nullptr;
@@ -219,7 +225,8 @@ private:
         const float lengths[3] = {a.length, b.length, d.length};
         const LinearChannel<V> relative = linearChannel(shape, splat<V>(1.0f / tube.length), lengths, tube.length);
         for (int i = 0; i < 3; ++i) relative_[i] = 1.0f + relative.value[i];
-        const float low_x = least3(at_.min_x, c), high_x = most3(at_.max_x, c), low_y = least3(at_.min_y, c), high_y = most3(at_.max_y, c);
+        const float low_x = least3(at_.min_x, c), high_x = most3(at_.max_x, c), low_y = least3(at_.min_y, c),
+                    high_y = most3(at_.max_y, c);
         if (std::floor(low_x) == std::floor(high_x) && std::floor(low_y) == std::floor(high_y)) return relative_;
         const int rows[2] = {rowOf(low_y), rowOf(high_y)}, columns[2] = {columnOf(low_x), columnOf(high_x)};
         LinearChannel<V> channels[kChannels];
@@ -237,11 +244,13 @@ private:
     }
 
     // Beer-Lambert, averaged over the open part of each layer: exp(-s t) (1 - exp(-s dt)) / (s dt).
-    void attenuate(const TubeConstants& tube, const TubeBlock& block, const std::uint8_t* c, const V& length, V* amount) {
+    void attenuate(const TubeConstants& tube, const TubeBlock& block, const std::uint8_t* c, const V& length,
+                   V* amount) {
         const CornerRay* corners = &set_.corners[block.first_corner];
         const double start = (corners[c[0]].w + corners[c[1]].w + corners[c[2]].w) * (1.0 / 3.0);
         const float sense = static_cast<float>(set_.sense);
-        const V layers = most(sense * iota<V>() + static_cast<float>(set_.sense * (tile_.first_w - start) - 0.5), splat<V>(0.0f));
+        const V layers =
+            most(sense * iota<V>() + static_cast<float>(set_.sense * (tile_.first_w - start) - 0.5), splat<V>(0.0f));
         for (int k = 0; k < kIrradiance; ++k) {
             const float per_layer = static_cast<float>(set_.extinction[k]) * tube.length;
             const V depth = per_layer * length * (1.0f / tile_.layer_weight);
@@ -260,18 +269,24 @@ private:
         if (kIrradiance == 3) mean = (amount[0] + amount[1] + amount[2]) * (1.0f / 3.0f);
         // The tile that holds the centroid (moved into the rectangle) owns the tube's layer.
         const float u0 = static_cast<float>(tile_.u0), v0 = static_cast<float>(tile_.v0);
-        const V low_u = static_cast<float>(tile_.rect_min_u) - u0 - shift_u_, high_u = static_cast<float>(tile_.rect_max_u) - u0 - shift_u_;
-        const V low_v = static_cast<float>(tile_.rect_min_v) - v0 - shift_v_, high_v = static_cast<float>(tile_.rect_max_v) - v0 - shift_v_;
+        const V low_u = static_cast<float>(tile_.rect_min_u) - u0 - shift_u_,
+                high_u = static_cast<float>(tile_.rect_max_u) - u0 - shift_u_;
+        const V low_v = static_cast<float>(tile_.rect_min_v) - v0 - shift_v_,
+                high_v = static_cast<float>(tile_.rect_max_v) - v0 - shift_v_;
         const V cu = clampTo<V>((x0 + x1 + x2) * (1.0f / 3.0f), low_u, high_u - 1.0e-3f);
         const V cv = clampTo<V>((y0 + y1 + y2) * (1.0f / 3.0f), low_v, high_v - 1.0e-3f);
-        const V tile_low_u = static_cast<float>(tile_.tile_min_u) - u0 - shift_u_, tile_high_u = static_cast<float>(tile_.tile_max_u) - u0 - shift_u_;
-        const V tile_low_v = static_cast<float>(tile_.tile_min_v) - v0 - shift_v_, tile_high_v = static_cast<float>(tile_.tile_max_v) - v0 - shift_v_;
-        const V counted = least<V>(most<V>(static_cast<float>(tile_.active_lanes) - iota<V>(), splat<V>(0.0f)), splat<V>(1.0f));
+        const V tile_low_u = static_cast<float>(tile_.tile_min_u) - u0 - shift_u_,
+                tile_high_u = static_cast<float>(tile_.tile_max_u) - u0 - shift_u_;
+        const V tile_low_v = static_cast<float>(tile_.tile_min_v) - v0 - shift_v_,
+                tile_high_v = static_cast<float>(tile_.tile_max_v) - v0 - shift_v_;
+        const V counted =
+            least<V>(most<V>(static_cast<float>(tile_.active_lanes) - iota<V>(), splat<V>(0.0f)), splat<V>(1.0f));
         const V least_x = least(least(x0, x1), x2), most_x = most(most(x0, x1), x2);
         const V least_y = least(least(y0, y1), y2), most_y = most(most(y0, y1), y2);
         const V owned = ((cu >= tile_low_u) & (cu < tile_high_u) & (cv >= tile_low_v) & (cv < tile_high_v) &
                          (most_x > low_u) & (least_x < high_u) & (most_y > low_v) & (least_y < high_v))
-                            ? mean * counted * tube.length : splat<V>(0.0f);
+                            ? mean * counted * tube.length
+                            : splat<V>(0.0f);
         const V margin = least(least(least_x - low_u, high_u - most_x), least(least_y - low_v, high_v - most_y));
         if (leastLane(margin) >= 0.0f) {
             for (int l = 0; l < kLanes; ++l) tile_.expected += static_cast<double>(owned[l]);
@@ -285,7 +300,8 @@ private:
                 const double ys[3] = {y0[l] - low_v[l], y1[l] - low_v[l], y2[l] - low_v[l]};
                 double at_corners[3];
                 for (int i = 0; i < 3 && density; ++i) at_corners[i] = density[i][l];
-                fraction = fractionInside(xs, ys, high_u[l] - low_u[l], high_v[l] - low_v[l], density ? at_corners : nullptr);
+                fraction =
+                    fractionInside(xs, ys, high_u[l] - low_u[l], high_v[l] - low_v[l], density ? at_corners : nullptr);
             }
             tile_.expected += fraction * static_cast<double>(owned[l]);
         }
@@ -410,7 +426,8 @@ EdgeKernel kernelOfWidth(int irradiance_channels, bool flux) {
 template <TubeDensity kDensity>
 EdgeKernel kernelOfDensity(int lanes, int irradiance_channels, bool flux) {
     if (lanes == 16) return kernelOfWidth<16, kDensity>(irradiance_channels, flux);
-    return lanes == 8 ? kernelOfWidth<8, kDensity>(irradiance_channels, flux) : kernelOfWidth<4, kDensity>(irradiance_channels, flux);
+    return lanes == 8 ? kernelOfWidth<8, kDensity>(irradiance_channels, flux)
+                      : kernelOfWidth<4, kDensity>(irradiance_channels, flux);
 }
 
 inline EdgeKernel selectKernel(int lanes, int irradiance_channels, bool flux, TubeDensity density) {

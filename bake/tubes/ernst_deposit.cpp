@@ -14,7 +14,8 @@
 namespace photic {
 namespace {
 
-// The tubes around a corner: their power, and twice their signed area as a quadratic in w [section 3.4: a + alpha b + alpha^2 c].
+// The tubes around a corner: their power, and twice their signed area as a quadratic in w [section 3.4: a + alpha b +
+// alpha^2 c].
 struct Fan {
     double power = 0, a = 0, b = 0, c = 0;
     double area(double w) const { return 0.5 * (a + w * (b + w * c)); }
@@ -35,24 +36,29 @@ struct CornerHash {
 
 double cross(const glm::dvec2& p, const glm::dvec2& q) { return p.x * q.y - p.y * q.x; }
 
-glm::dvec2 at(const CornerRay& ray, double w) { return {ray.u + ray.du_dw * (w - ray.w), ray.v + ray.dv_dw * (w - ray.w)}; }
+glm::dvec2 at(const CornerRay& ray, double w) {
+    return {ray.u + ray.du_dw * (w - ray.w), ray.v + ray.dv_dw * (w - ray.w)};
+}
 
 // Blocks repeat the corners on their rims: corners at the same place share a fan.
 std::vector<std::uint32_t> gatherFans(const TubeSet& set, std::vector<Fan>& fans) {
     std::vector<std::uint32_t> fan_of(set.corners.size());
     std::unordered_map<std::array<double, 3>, std::uint32_t, CornerHash> known;
     for (std::size_t i = 0; i < set.corners.size(); ++i) {
-        const auto [it, fresh] = known.try_emplace({set.corners[i].u, set.corners[i].v, set.corners[i].w}, static_cast<std::uint32_t>(fans.size()));
+        const auto [it, fresh] = known.try_emplace({set.corners[i].u, set.corners[i].v, set.corners[i].w},
+                                                   static_cast<std::uint32_t>(fans.size()));
         if (fresh) fans.emplace_back();
         fan_of[i] = it->second;
     }
     for (const TubeBlock& block : set.blocks)
         for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
             const std::uint8_t* c = block.topology->triangles[t].corner;
-            const CornerRay *r0 = &set.corners[block.first_corner + c[0]], *r1 = &set.corners[block.first_corner + c[1]],
+            const CornerRay *r0 = &set.corners[block.first_corner + c[0]],
+                            *r1 = &set.corners[block.first_corner + c[1]],
                             *r2 = &set.corners[block.first_corner + c[2]];
             const glm::dvec2 k1 = at(*r1, 0) - at(*r0, 0), k2 = at(*r2, 0) - at(*r0, 0);
-            const glm::dvec2 l1(r1->du_dw - r0->du_dw, r1->dv_dw - r0->dv_dw), l2(r2->du_dw - r0->du_dw, r2->dv_dw - r0->dv_dw);
+            const glm::dvec2 l1(r1->du_dw - r0->du_dw, r1->dv_dw - r0->dv_dw),
+                l2(r2->du_dw - r0->du_dw, r2->dv_dw - r0->dv_dw);
             for (int i = 0; i < 3; ++i) {
                 Fan& fan = fans[fan_of[block.first_corner + c[i]]];
                 fan.power += set.tubes[block.first_tube + t].power[0];
@@ -98,7 +104,8 @@ void depositErnst(const TubeSet& set, LightField& field, Monitor& monitor) {
         for (int u = low_u; u <= high_u; ++u)
             for (int v = low_v; v <= high_v; ++v) {
                 const glm::dvec2 x(u, v);
-                const double b0 = cross(p[1] - x, p[2] - x) / whole, b1 = cross(p[2] - x, p[0] - x) / whole, b2 = 1 - b0 - b1;
+                const double b0 = cross(p[1] - x, p[2] - x) / whole, b1 = cross(p[2] - x, p[0] - x) / whole,
+                             b2 = 1 - b0 - b1;
                 if (b0 < 0 || b1 < 0 || b2 < 0) continue;
                 const double denominator = std::fabs(b0 * area[0] + b1 * area[1] + b2 * area[2]);
                 if (denominator <= 0) continue;
@@ -119,7 +126,8 @@ void depositErnst(const TubeSet& set, LightField& field, Monitor& monitor) {
                     mean += here / irradiance;
                 }
                 if (!field.channels().flux) continue;
-                for (int k = 0; k < 3; ++k) out[(irradiance + k) * LightField::kLeafVoxels] += static_cast<float>(mean * tube.travel[k]);
+                for (int k = 0; k < 3; ++k)
+                    out[(irradiance + k) * LightField::kLeafVoxels] += static_cast<float>(mean * tube.travel[k]);
             }
     };
     parallelFor(leaves, [&](std::int64_t row) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vectors of 4, 8 or 16 floats for the edge kernel. Included by one translation unit per instruction set, which defines
-// PHOTIC_ISA: everything lives in that namespace, so that no inline function of one instruction set is linked into another.
+// PHOTIC_ISA: everything lives in that namespace, so that no inline function of one instruction set is linked into
+// another.
 #pragma once
 
 #ifndef PHOTIC_ISA
@@ -121,8 +122,8 @@ inline float mostLane(V v) {
     return m;
 }
 
-/// a b - c d without cancellation of the rounding errors: Kahan's difference of products where there is an FMA, otherwise
-/// in double.
+/// a b - c d without cancellation of the rounding errors: Kahan's difference of products where there is an FMA,
+/// otherwise in double.
 template <class V>
 inline V differenceOfProducts(V a, V b, V c, V d) {
 #if defined(__AVX512F__)
@@ -173,7 +174,8 @@ template <class V>
 inline V exponential(V x) {
     using I = typename LanesOf<laneCount<V>>::I;
     x = most(x, splat<V>(-87.0f));
-    const V k = __builtin_convertvector(__builtin_convertvector(x * 1.44269504f - 0.5f, I), V);  // trunc of a negative: rounds
+    const V k =
+        __builtin_convertvector(__builtin_convertvector(x * 1.44269504f - 0.5f, I), V);  // trunc of a negative: rounds
     V r = x - k * 0.693359375f;
     r = r + k * 2.12194440e-4f;
     V p = splat<V>(1.9875691500e-4f);

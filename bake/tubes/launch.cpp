@@ -20,8 +20,10 @@ constexpr int kBlockQuads = 8;
 constexpr std::int64_t kBatchQuads = 1 << 19;
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
-    to.emitted += from.emitted, to.reflected += from.reflected, to.absorbed_medium += from.absorbed_medium, to.scattered += from.scattered;
-    to.absorbed_surface += from.absorbed_surface, to.received += from.received, to.escaped += from.escaped, to.dropped += from.dropped;
+    to.emitted += from.emitted, to.reflected += from.reflected, to.absorbed_medium += from.absorbed_medium,
+        to.scattered += from.scattered;
+    to.absorbed_surface += from.absorbed_surface, to.received += from.received, to.escaped += from.escaped,
+        to.dropped += from.dropped;
     to.culled += from.culled;
 }
 
@@ -63,13 +65,16 @@ void launchInBatches(std::int64_t parts, std::int64_t parts_a_batch, const GridF
 // A regular mesh over the launched patch.
 struct Lattice {
     glm::dvec2 origin{0}, step{0};
-    int columns = 1, rows = 1;     // quads
-    SurfaceParam param(int i, int j) const { return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)}; }
+    int columns = 1, rows = 1;  // quads
+    SurfaceParam param(int i, int j) const {
+        return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)};
+    }
 };
 
-// Cells [voxels] that nearly all of the surface can be laid on without refinement: from the bend of the light at some scattered points.
-double adaptiveSpacing(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
-                       double voxel, const RefineOptions& options) {
+// Cells [voxels] that nearly all of the surface can be laid on without refinement: from the bend of the light at some
+// scattered points.
+double adaptiveSpacing(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light,
+                       const GridFrame& frame, double voxel, const RefineOptions& options) {
     constexpr int kProbes = 256;
     constexpr double kLeast = 1, kMost = 32;
     TubeBuilder unused(frame, light);
@@ -79,24 +84,27 @@ double adaptiveSpacing(const CornerTracer& tracer, const LaunchDomain& domain, c
         // Roberts' R2 sequence.
         const glm::dvec2 x(std::fmod(0.5 + 0.7548776662466927 * i, 1.0), std::fmod(0.5 + 0.5698402909980532 * i, 1.0));
         const glm::dvec2 uv = domain.min + x * (domain.max - domain.min);
-        const auto corner = [&](double du, double dv) { return tracer.trace({{uv.x + du, uv.y + dv, 0}, glm::dvec3(0)}, {0, 0, 1}); };
+        const auto corner = [&](double du, double dv) {
+            return tracer.trace({{uv.x + du, uv.y + dv, 0}, glm::dvec3(0)}, {0, 0, 1});
+        };
         const Corner middle = corner(0, 0);
         double most = 0;
         for (const glm::dvec2 step : {glm::dvec2(voxel, 0), glm::dvec2(0, voxel), glm::dvec2(voxel, voxel)}) {
             const Corner a = corner(-step.x, -step.y), b = corner(step.x, step.y);
-            if (refiner.alike(a, b) && refiner.alike(a, middle) && a.fate == CornerFate::Lit) most = std::max(most, refiner.bend(a, middle, b));
+            if (refiner.alike(a, b) && refiner.alike(a, middle) && a.fate == CornerFate::Lit)
+                most = std::max(most, refiner.bend(a, middle, b));
         }
         bends.push_back(most);
     }
     std::sort(bends.begin(), bends.end());
-    // The strongest bend of all probes, so that hardly a block is left to refine, but never cells of less than half of what
-    // most of the surface can do with: one sharp ripple must not make calm water dear.
+    // The strongest bend of all probes, so that hardly a block is left to refine, but never cells of less than half of
+    // what most of the surface can do with: one sharp ripple must not make calm water dear.
     const double bend = std::min(bends.back(), 4 * bends[kProbes * 3 / 5]);
     return bend > 0 ? std::clamp(std::sqrt(options.tolerance / bend), kLeast, kMost) : kMost;
 }
 
-Lattice layLattice(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
-                   const LaunchOptions& options) {
+Lattice layLattice(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light,
+                   const GridFrame& frame, const LaunchOptions& options) {
     const HeightField& surface = *tracer.surface().height_field;
     Lattice lattice;
     const glm::dvec2 extent = domain.max - domain.min;
@@ -108,15 +116,19 @@ Lattice layLattice(const CornerTracer& tracer, const LaunchDomain& domain, const
     else if (options.spacing > 0)
         cells = extent / (options.spacing * voxel);
     else if (std::isfinite(surface.featureSize()))
-        cells = extent / std::min(adaptiveSpacing(tracer, domain, light, frame, voxel, options.refine) * voxel, surface.featureSize());
+        cells = extent / std::min(adaptiveSpacing(tracer, domain, light, frame, voxel, options.refine) * voxel,
+                                  surface.featureSize());
     // Far beyond any useful mesh: a surface that towers over the domain, or a spacing of nothing.
     constexpr double kMostCells = 1e10;
     if (!(cells.x * cells.y <= kMostCells))
-        throw Error(ErrorCode::Input,
-                    fmt::format("surface '{}' would be cut into {:.3g} x {:.3g} cells, {:.3g} m x {:.3g} m of it can light the domain; "
-                                "more than {:.0e} in all are refused: use a lower surface (amplitude, height, scale), a larger spacing or "
-                                "larger voxels",
-                                tracer.surface().name, cells.x, cells.y, extent.x, extent.y, kMostCells));
+        throw Error(
+            ErrorCode::Input,
+            fmt::format(
+                "surface '{}' would be cut into {:.3g} x {:.3g} cells, {:.3g} m x {:.3g} m of it can light the domain; "
+                "more than {:.0e} in all are refused: use a lower surface (amplitude, height, scale), a larger spacing "
+                "or "
+                "larger voxels",
+                tracer.surface().name, cells.x, cells.y, extent.x, extent.y, kMostCells));
     lattice.columns = static_cast<int>(std::clamp(std::ceil(cells.x - 1e-9), 1.0, 1e6));
     lattice.rows = static_cast<int>(std::clamp(std::ceil(cells.y - 1e-9), 1.0, 1e6));
     lattice.step = extent / glm::dvec2(lattice.columns, lattice.rows);
@@ -147,7 +159,8 @@ public:
     RegularTopologies(int columns, int last_columns, int rows, int last_rows) {
         for (const int c : {columns, last_columns})
             for (const int r : {rows, last_rows})
-                if (c > 0 && r > 0) shapes_[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)] = regularTopology(c, r);
+                if (c > 0 && r > 0)
+                    shapes_[static_cast<std::size_t>(c)][static_cast<std::size_t>(r)] = regularTopology(c, r);
     }
     const std::shared_ptr<const BlockTopology>& of(int columns, int rows) const {
         return shapes_[static_cast<std::size_t>(columns)][static_cast<std::size_t>(rows)];
@@ -165,8 +178,9 @@ bool regular(const RayRow* rays, int rows, int first, int columns) {
 }
 
 // A block that needs a closer look: shadows, silhouettes, steep water, strong bends. Returns the rays traced.
-std::int64_t refineBlock(const CornerTracer& tracer, const Lattice& lattice, const SurfaceRow* points, int first_row, int rows,
-                         int column, int columns, const RefineOptions& options, const BendRows* bends, TubeBuilder& builder) {
+std::int64_t refineBlock(const CornerTracer& tracer, const Lattice& lattice, const SurfaceRow* points, int first_row,
+                         int rows, int column, int columns, const RefineOptions& options, const BendRows* bends,
+                         TubeBuilder& builder) {
     Refiner refiner(tracer, builder, options);
     const int stride = columns + 1;
     std::vector<Corner> corners;
@@ -175,10 +189,13 @@ std::int64_t refineBlock(const CornerTracer& tracer, const Lattice& lattice, con
             const SurfaceRow& p = points[j];
             const auto k = static_cast<std::size_t>(i);
             const glm::dvec3 normal = glm::normalize(glm::dvec3(p.nx[k], p.ny[k], p.nz[k]));
-            corners.push_back(tracer.traceAt(lattice.param(i, first_row + j), {p.px[k], p.py[k], p.pz[k]}, normal, normal));
+            corners.push_back(
+                tracer.traceAt(lattice.param(i, first_row + j), {p.px[k], p.py[k], p.pz[k]}, normal, normal));
         }
     const glm::dvec3 up(0, 0, 1);
-    const auto corner = [&](int i, int j) -> const Corner& { return corners[static_cast<std::size_t>(j * stride + i)]; };
+    const auto corner = [&](int i, int j) -> const Corner& {
+        return corners[static_cast<std::size_t>(j * stride + i)];
+    };
     // Neighbouring blocks must agree on the edges that they share: the lattice decides them for both.
     const auto decide = [&](int i, int j, int di, int dj) {
         const Corner &a = corner(i, j), &b = corner(i + di, j + dj);
@@ -202,8 +219,9 @@ std::int64_t refineBlock(const CornerTracer& tracer, const Lattice& lattice, con
 
 }  // namespace
 
-void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light, const GridFrame& frame,
-                       const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals, Monitor& monitor) {
+void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light,
+                       const GridFrame& frame, const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals,
+                       Monitor& monitor) {
     if (domain.empty()) return;
     const HeightField& surface = *tracer.surface().height_field;
     const Lattice lattice = layLattice(tracer, domain, light, frame, options);
@@ -220,10 +238,11 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
     const RegularTopologies topologies(std::min(kBlockQuads, lattice.columns), lattice.columns % kBlockQuads,
                                        std::min(kBlockQuads, lattice.rows), lattice.rows % kBlockQuads);
     launchInBatches(strips, batch, frame, light, sink, totals, monitor, [&](std::int64_t strip, TubeBuilder& builder) {
-        const int first_row = static_cast<int>(strip) * kBlockQuads, rows = std::min(kBlockQuads, lattice.rows - first_row);
+        const int first_row = static_cast<int>(strip) * kBlockQuads,
+                  rows = std::min(kBlockQuads, lattice.rows - first_row);
         const int stride = lattice.columns + 1;
-        // Kept from strip to strip: fresh pages would cost more than the tracing. A row of rays on either side tells how the
-        // light bends at the strip's own rim.
+        // Kept from strip to strip: fresh pages would cost more than the tracing. A row of rays on either side tells
+        // how the light bends at the strip's own rim.
         thread_local std::vector<SurfaceRow> points;
         thread_local std::vector<RayRow> rays;
         thread_local BendRows bends;
@@ -235,7 +254,8 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
         for (int j = -border; j <= rows + border; ++j) {
             const auto row = static_cast<std::size_t>(j + 1);
             const SurfaceParam start = lattice.param(0, first_row + j);
-            surface.row({start.position.x, start.position.y}, lattice.step.x, static_cast<std::size_t>(stride), points[row]);
+            surface.row({start.position.x, start.position.y}, lattice.step.x, static_cast<std::size_t>(stride),
+                        points[row]);
             if (quick) trace(setup, points[row], rays[row]);
         }
         const double floor_w = setup.refract ? frame.min.z - 0.5 : frame.max.z + 0.5;
@@ -254,8 +274,8 @@ void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, c
     });
 }
 
-void launchMesh(const CornerTracer& tracer, const TubeLight& light, const GridFrame& frame, const LaunchOptions& options,
-                const TubeSink& sink, LaunchTotals& totals, Monitor& monitor) {
+void launchMesh(const CornerTracer& tracer, const TubeLight& light, const GridFrame& frame,
+                const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals, Monitor& monitor) {
     const TriangleMesh& mesh = *tracer.surface().mesh;
     constexpr std::size_t kTrianglesAPart = 16;
     RefineOptions refine = options.refine;

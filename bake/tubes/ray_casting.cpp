@@ -68,10 +68,11 @@ struct RayCaster::Impl {
         constexpr double kFarthest = 1e15;
         for (const glm::dvec3& p : mesh->positions)
             if (const double reach = glm::length(p); reach > kFarthest)
-                throw Error(ErrorCode::Input,
-                            fmt::format("'{}' reaches {:.3g} m from the origin, more than {:.0e}; move the scene closer to it", name, reach,
-                                        kFarthest),
-                            where);
+                throw Error(
+                    ErrorCode::Input,
+                    fmt::format("'{}' reaches {:.3g} m from the origin, more than {:.0e}; move the scene closer to it",
+                                name, reach, kFarthest),
+                    where);
         for (const glm::dvec3& p : mesh->positions)
             if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
                 throw Error(ErrorCode::Input,

@@ -32,7 +32,8 @@ std::shared_ptr<const BlockTopology> BlockTopology::fromTriangles(int vertices, 
 }
 
 void TubeSet::append(const TubeSet& other) {
-    const auto corner_offset = static_cast<std::uint32_t>(corners.size()), tube_offset = static_cast<std::uint32_t>(tubes.size());
+    const auto corner_offset = static_cast<std::uint32_t>(corners.size()),
+               tube_offset = static_cast<std::uint32_t>(tubes.size());
     for (TubeBlock block : other.blocks) {
         block.first_corner += corner_offset, block.first_tube += tube_offset;
         blocks.push_back(std::move(block));

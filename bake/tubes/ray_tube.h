@@ -46,8 +46,8 @@ struct CornerSpread {
     /// Where the rays one lattice cell away along columns (0) and rows (1) meet this ray's layer, from this ray: (u, v)
     /// [voxels], and how that grows per layer.
     float step[2][2] = {}, step_per_layer[2][2] = {};
-    float power = 0;               ///< of a lattice cell's light per irradiance across the beam [m2]; 0: not known
-    float column = 0, row = 0;     ///< place on the lattice, from the block's own first corner
+    float power = 0;            ///< of a lattice cell's light per irradiance across the beam [m2]; 0: not known
+    float column = 0, row = 0;  ///< place on the lattice, from the block's own first corner
     float length = 0, travel[3] = {0, 0, 0};  ///< of the ray itself, as in TubeConstants
 };
 

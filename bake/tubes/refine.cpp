@@ -36,7 +36,8 @@ bool Refiner::alike(const Corner& a, const Corner& b) const {
     const glm::dvec3 da = builder_.indexDirection(a.direction), db = builder_.indexDirection(b.direction);
     const int axis = mainAxis(da + db);
     // Directions more than some 100 degrees apart have no plane that both cross.
-    return da[axis] * db[axis] > 0 && std::fabs(da[axis]) > 0.2 * largest(da) && std::fabs(db[axis]) > 0.2 * largest(db);
+    return da[axis] * db[axis] > 0 && std::fabs(da[axis]) > 0.2 * largest(da) &&
+           std::fabs(db[axis]) > 0.2 * largest(db);
 }
 
 bool Refiner::mustSplit(const Corner& a, const Corner& b, const Corner& m) const {
@@ -126,7 +127,8 @@ void Refiner::add(const Corner& a, const Corner& b, const Corner& c, const glm::
         return add(c, ca.corner, b, face, depth + 1), add(ca.corner, a, b, face, depth + 1);
     }
     // Two edges: cut off the corner between them, and halve the rest.
-    const auto cut = [&](const Corner& tip, const Corner& next, const Corner& last, const Corner& tip_next, const Corner& last_tip) {
+    const auto cut = [&](const Corner& tip, const Corner& next, const Corner& last, const Corner& tip_next,
+                         const Corner& last_tip) {
         add(tip, tip_next, last_tip, face, depth + 1);
         add(tip_next, next, last, face, depth + 1);
         add(tip_next, last, last_tip, face, depth + 1);

@@ -13,10 +13,10 @@ struct RefineOptions {
     /// Split where the landing points depart from a linear map: their second difference along a tube's edge, in voxels,
     /// where the tube ends. 0: never for curvature.
     double tolerance = 0.25;
-    double max_edge = 0;            ///< [voxels] split longer edges, measured at the surface; 0: any length
-    double silhouette = 0.125;      ///< [voxels] tubes that straddle a shadow's edge are split to this size
-    int max_depth = 10;             ///< halvings of one edge
-    bool ends_matter = true;        ///< false where only planes end tubes: a tube over their corner needs no split
+    double max_edge = 0;        ///< [voxels] split longer edges, measured at the surface; 0: any length
+    double silhouette = 0.125;  ///< [voxels] tubes that straddle a shadow's edge are split to this size
+    int max_depth = 10;         ///< halvings of one edge
+    bool ends_matter = true;    ///< false where only planes end tubes: a tube over their corner needs no split
 };
 
 /// Splits triangles of corner rays until each is a good tube, and hands them to a TubeBuilder.
@@ -32,11 +32,12 @@ public:
     /// Whether two corners can share a tube as they are: same fate, same end, same main axis.
     bool alike(const Corner& a, const Corner& b) const;
 
-    /// Decides an edge before add() comes to it, by what its neighbours on a lattice show; its middle is traced only to split it.
+    /// Decides an edge before add() comes to it, by what its neighbours on a lattice show; its middle is traced only to
+    /// split it.
     void decide(const Corner& a, const Corner& b, const glm::dvec3& face, bool split);
 
-    /// Second difference [voxels] of the landing points of three rays evenly spaced on the surface, where the middle one ends;
-    /// 0 where they have no common landing.
+    /// Second difference [voxels] of the landing points of three rays evenly spaced on the surface, where the middle
+    /// one ends; 0 where they have no common landing.
     double bend(const Corner& a, const Corner& middle, const Corner& b) const;
 
     std::int64_t traced() const { return traced_; }
@@ -50,7 +51,9 @@ private:
         std::size_t operator()(const SurfaceParam& p) const;
     };
     struct ParamEqual {
-        bool operator()(const SurfaceParam& p, const SurfaceParam& q) const { return p.position == q.position && p.normal == q.normal; }
+        bool operator()(const SurfaceParam& p, const SurfaceParam& q) const {
+            return p.position == q.position && p.normal == q.normal;
+        }
     };
 
     void add(const Corner& a, const Corner& b, const Corner& c, const glm::dvec3& face, int depth);

@@ -39,7 +39,8 @@ bool TubeBuilder::regularMissesBox(const RayRow* row, int first, int columns, in
     return false;
 }
 
-void TubeBuilder::countRegular(double arriving, double fraction, double untraced, double hit_distance, double exit_distance, bool culled) {
+void TubeBuilder::countRegular(double arriving, double fraction, double untraced, double hit_distance,
+                               double exit_distance, bool culled) {
     if (light_.counts_emission) power_.emitted += arriving, power_.reflected += arriving * untraced;
     const double power = arriving * fraction;
     if (culled) {
@@ -74,21 +75,27 @@ void TubeBuilder::addSpreads(const RayRow* row, int first, int columns, int rows
             const auto k = static_cast<std::size_t>(i), a = static_cast<std::size_t>(std::max(i - 1, 0)),
                        b = static_cast<std::size_t>(std::min(i + 1, last));
             CornerSpread& spread = set.spreads.emplace_back();
-            if (here.per_layer[a] <= 0 || here.per_layer[b] <= 0 || below.per_layer[k] <= 0 || above.per_layer[k] <= 0) continue;
+            if (here.per_layer[a] <= 0 || here.per_layer[b] <= 0 || below.per_layer[k] <= 0 || above.per_layer[k] <= 0)
+                continue;
             const double s = 1.0 / static_cast<double>(b - a), t = 0.5;
             const auto along = [&](const std::vector<double> RayRow::*m) { return ((here.*m)[b] - (here.*m)[a]) * s; };
-            const auto across = [&](const std::vector<double> RayRow::*m) { return ((above.*m)[k] - (below.*m)[k]) * t; };
+            const auto across = [&](const std::vector<double> RayRow::*m) {
+                return ((above.*m)[k] - (below.*m)[k]) * t;
+            };
             // Neighbours start at other heights: bring them to this ray's own along their slope.
             const double w_a = along(&RayRow::w), w_c = across(&RayRow::w), du = here.du[k], dv = here.dv[k];
             const double ua = along(&RayRow::u) - du * w_a, va = along(&RayRow::v) - dv * w_a;
             const double uc = across(&RayRow::u) - du * w_c, vc = across(&RayRow::v) - dv * w_c;
-            const double dua = along(&RayRow::du), dva = along(&RayRow::dv), duc = across(&RayRow::du), dvc = across(&RayRow::dv);
+            const double dua = along(&RayRow::du), dva = along(&RayRow::dv), duc = across(&RayRow::du),
+                         dvc = across(&RayRow::dv);
             const glm::dvec3 pa(along(&RayRow::x), along(&RayRow::y), along(&RayRow::z));
             const glm::dvec3 pc(across(&RayRow::x), across(&RayRow::y), across(&RayRow::z));
             spread.step[0][0] = static_cast<float>(ua), spread.step[0][1] = static_cast<float>(va);
             spread.step[1][0] = static_cast<float>(uc), spread.step[1][1] = static_cast<float>(vc);
-            spread.step_per_layer[0][0] = static_cast<float>(dua), spread.step_per_layer[0][1] = static_cast<float>(dva);
-            spread.step_per_layer[1][0] = static_cast<float>(duc), spread.step_per_layer[1][1] = static_cast<float>(dvc);
+            spread.step_per_layer[0][0] = static_cast<float>(dua),
+            spread.step_per_layer[0][1] = static_cast<float>(dva);
+            spread.step_per_layer[1][0] = static_cast<float>(duc),
+            spread.step_per_layer[1][1] = static_cast<float>(dvc);
             spread.column = static_cast<float>(i - first), spread.row = static_cast<float>(j);
             spread.power = static_cast<float>(here.fraction[k] * std::fabs(glm::dot(glm::cross(pa, pc), d)));
             spread.length = static_cast<float>(here.per_layer[k]);
@@ -99,7 +106,8 @@ void TubeBuilder::addSpreads(const RayRow* row, int first, int columns, int rows
     }
 }
 
-void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns, int rows) {
+void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first,
+                             int columns, int rows) {
     const int s = row->dz[static_cast<std::size_t>(first)] < 0 ? 4 : 5;
     closeBlock(s);
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
@@ -107,8 +115,9 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
     const double mean_irradiance = (light_.irradiance.x + light_.irradiance.y + light_.irradiance.z) / 3;
     const int stride = columns + 1;
 
-    TubeBlock block{topology, static_cast<std::uint32_t>(set.corners.size()), static_cast<std::uint32_t>(set.tubes.size())};
-    double across_corner[256] = {};   // a third of the adjoining tubes' cross-sections [m2]
+    TubeBlock block{topology, static_cast<std::uint32_t>(set.corners.size()),
+                    static_cast<std::uint32_t>(set.tubes.size())};
+    double across_corner[256] = {};  // a third of the adjoining tubes' cross-sections [m2]
     const auto cornerAt = [&](int i, int j) { return static_cast<std::size_t>(j * stride + i); };
     if (!culled) {
         set.corners.resize(set.corners.size() + static_cast<std::size_t>(stride * (rows + 1)));
@@ -118,7 +127,8 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
         for (int j = 0; j <= rows; ++j) {
             const RayRow& r = row[j];
             for (auto k = static_cast<std::size_t>(first); k <= static_cast<std::size_t>(first + columns); ++k)
-                *corner++ = {r.u[k], r.v[k], r.w[k], r.du[k], r.dv[k], static_cast<float>(std::clamp(r.w_end[k], -1e30, 1e30))};
+                *corner++ = {r.u[k],  r.v[k],  r.w[k],
+                             r.du[k], r.dv[k], static_cast<float>(std::clamp(r.w_end[k], -1e30, 1e30))};
         }
     }
     const glm::dvec3 d = light_.direction;
@@ -134,7 +144,8 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
                 const RayRow& other = half ? high : low;
                 const std::size_t m = half ? k : k + 1;
                 const glm::dvec3 side(other.x[m] - low.x[k], other.y[m] - low.y[k], other.z[m] - low.z[k]);
-                const double nx = side.y * diagonal.z - side.z * diagonal.y, ny = side.z * diagonal.x - side.x * diagonal.z,
+                const double nx = side.y * diagonal.z - side.z * diagonal.y,
+                             ny = side.z * diagonal.x - side.x * diagonal.z,
                              nz = side.x * diagonal.y - side.y * diagonal.x;
                 const double facing = 0.5 * (half ? 1.0 : -1.0) * (nx * d.x + ny * d.y + nz * d.z);
                 const double across = std::max(0.0, facing);
@@ -142,7 +153,8 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
                 across_corner[half ? cornerAt(i, j + 1) : cornerAt(i + 1, j)] += across;
                 if (culled) continue;
                 const double fraction = low.fraction[k] + high.fraction[k + 1] + other.fraction[m];
-                const double la = low.per_layer[k] * (1.0 / 3), lb = high.per_layer[k + 1] * (1.0 / 3), lc = other.per_layer[m] * (1.0 / 3);
+                const double la = low.per_layer[k] * (1.0 / 3), lb = high.per_layer[k + 1] * (1.0 / 3),
+                             lc = other.per_layer[m] * (1.0 / 3);
                 for (int c = 0; c < 3; ++c) tube->power[c] = static_cast<float>(power_per_area[c] * across * fraction);
                 tube->length = static_cast<float>(la + lb + lc);
                 tube->travel[0] = static_cast<float>(low.dx[k] * la + high.dx[k + 1] * lb + other.dx[m] * lc);
@@ -158,8 +170,10 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
             const auto k = static_cast<std::size_t>(first + i);
             double exit = 0;
             if (extinction_ != glm::dvec3(0) && !culled)
-                exit = exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) * ((r.dz[k] < 0 ? -1.0 : 1.0) / r.per_layer[k]));
-            countRegular(across_corner[cornerAt(i, j)] * mean_irradiance / 3, r.fraction[k], r.untraced[k], r.hit_distance[k], exit, culled);
+                exit = exitDistance({r.u[k], r.v[k], r.w[k]},
+                                    glm::dvec3(r.du[k], r.dv[k], 1.0) * ((r.dz[k] < 0 ? -1.0 : 1.0) / r.per_layer[k]));
+            countRegular(across_corner[cornerAt(i, j)] * mean_irradiance / 3, r.fraction[k], r.untraced[k],
+                         r.hit_distance[k], exit, culled);
         }
     }
     if (culled) return;

@@ -5,7 +5,8 @@ namespace photic {
 
 void RayRow::resize(std::size_t count) {
     if (x.size() == count) return;
-    for (auto* a : {&x, &y, &z, &dx, &dy, &dz, &u, &v, &w, &du, &dv, &per_layer, &fraction, &untraced, &hit_distance, &w_end})
+    for (auto* a :
+         {&x, &y, &z, &dx, &dy, &dz, &u, &v, &w, &du, &dv, &per_layer, &fraction, &untraced, &hit_distance, &w_end})
         a->resize(count);
 }
 

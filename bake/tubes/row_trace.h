@@ -14,9 +14,9 @@ namespace photic {
 
 /// A plane that ends light, with what TrackEnd needs to know of it in the grid.
 struct RowPlane {
-    glm::dvec3 normal{0};      ///< world, unit
-    double offset = 0;         ///< normal . point
-    int axis = 2;              ///< grid axis nearest to the plane's normal
+    glm::dvec3 normal{0};  ///< world, unit
+    double offset = 0;     ///< normal . point
+    int axis = 2;          ///< grid axis nearest to the plane's normal
 };
 
 /// What one interface does to a row of corner rays, for tubes that cross the grid's z layers.
@@ -27,19 +27,19 @@ struct RowTraceSetup {
     glm::dmat3 index_from_world{1.0};
     glm::dvec3 grid_origin{0};
     std::vector<RowPlane> planes;
-    double overshoot_layers = 0, longest_overshoot = 0;   ///< as kOvershootVoxels, kMaxOvershootVoxels
+    double overshoot_layers = 0, longest_overshoot = 0;  ///< as kOvershootVoxels, kMaxOvershootVoxels
 };
 
 /// Corner rays as arrays.
 struct RayRow {
-    std::vector<double> x, y, z;           ///< position, world
-    std::vector<double> dx, dy, dz;        ///< unit direction, world
-    std::vector<double> u, v, w;           ///< position in the grid
-    std::vector<double> du, dv;            ///< slope against the grid's z
-    std::vector<double> per_layer;         ///< path length per layer [m]; 0 marks a ray that needs the slow way
+    std::vector<double> x, y, z;     ///< position, world
+    std::vector<double> dx, dy, dz;  ///< unit direction, world
+    std::vector<double> u, v, w;     ///< position in the grid
+    std::vector<double> du, dv;      ///< slope against the grid's z
+    std::vector<double> per_layer;   ///< path length per layer [m]; 0 marks a ray that needs the slow way
     std::vector<double> fraction, untraced;
-    std::vector<double> hit_distance;      ///< [m]; infinity
-    std::vector<double> w_end;             ///< where its deposit ends; -infinity or +infinity along its sense
+    std::vector<double> hit_distance;  ///< [m]; infinity
+    std::vector<double> w_end;         ///< where its deposit ends; -infinity or +infinity along its sense
     void resize(std::size_t count);
 };
 

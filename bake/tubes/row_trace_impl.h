@@ -8,9 +8,10 @@
 namespace photic::PHOTIC_ISA {
 
 // Snell's law and Fresnel's equations (bake/optics/snell.h) in arithmetic only, so that the loop has no branch.
-inline void traceInterface(const RowTraceSetup& setup, std::size_t count, const double* __restrict nx, const double* __restrict ny,
-                           const double* __restrict nz, double* __restrict dx, double* __restrict dy, double* __restrict dz,
-                           double* __restrict fraction, double* __restrict untraced) {
+inline void traceInterface(const RowTraceSetup& setup, std::size_t count, const double* __restrict nx,
+                           const double* __restrict ny, const double* __restrict nz, double* __restrict dx,
+                           double* __restrict dy, double* __restrict dz, double* __restrict fraction,
+                           double* __restrict untraced) {
     const double lx = setup.light_direction[0], ly = setup.light_direction[1], lz = setup.light_direction[2];
     const double n1 = setup.ior_from, n2 = setup.ior_to, eta = n1 / n2;
     const bool refract = setup.refract;
@@ -38,12 +39,13 @@ inline void placeInGrid(const RowTraceSetup& setup, std::size_t count, RayRow& r
     const auto& m = setup.index_from_world;
     const double ox = setup.grid_origin[0], oy = setup.grid_origin[1], oz = setup.grid_origin[2];
     const double want = setup.refract ? -1.0 : 1.0;
-    const double *__restrict x = row.x.data(), *__restrict y = row.y.data(), *__restrict z = row.z.data();
-    const double *__restrict dx = row.dx.data(), *__restrict dy = row.dy.data(), *__restrict dz = row.dz.data();
+    const double* __restrict x = row.x.data(), * __restrict y = row.y.data(), * __restrict z = row.z.data();
+    const double* __restrict dx = row.dx.data(), * __restrict dy = row.dy.data(), * __restrict dz = row.dz.data();
     const double* __restrict fraction = row.fraction.data();
-    double *__restrict u = row.u.data(), *__restrict v = row.v.data(), *__restrict w = row.w.data();
-    double *__restrict du = row.du.data(), *__restrict dv = row.dv.data(), *__restrict per_layer = row.per_layer.data();
-    const double m00 = m[0][0], m01 = m[0][1], m02 = m[0][2], m10 = m[1][0], m11 = m[1][1], m12 = m[1][2], m20 = m[2][0], m21 = m[2][1], m22 = m[2][2];
+    double* __restrict u = row.u.data(), * __restrict v = row.v.data(), * __restrict w = row.w.data();
+    double* __restrict du = row.du.data(), * __restrict dv = row.dv.data(), * __restrict per_layer = row.per_layer.data();
+    const double m00 = m[0][0], m01 = m[0][1], m02 = m[0][2], m10 = m[1][0], m11 = m[1][1], m12 = m[1][2],
+                 m20 = m[2][0], m21 = m[2][1], m22 = m[2][2];
     for (std::size_t i = 0; i < count; ++i) {
         const double px = x[i] - ox, py = y[i] - oy, pz = z[i] - oz;
         u[i] = m00 * px + m10 * py + m20 * pz;
@@ -63,15 +65,16 @@ inline void placeInGrid(const RowTraceSetup& setup, std::size_t count, RayRow& r
 inline void endOnPlanes(const RowTraceSetup& setup, std::size_t count, RayRow& row) {
     const double infinity = __builtin_inf();
     const double sense = setup.refract ? -1.0 : 1.0;
-    const double *__restrict x = row.x.data(), *__restrict y = row.y.data(), *__restrict z = row.z.data();
-    const double *__restrict dx = row.dx.data(), *__restrict dy = row.dy.data(), *__restrict dz = row.dz.data();
+    const double* __restrict x = row.x.data(), * __restrict y = row.y.data(), * __restrict z = row.z.data();
+    const double* __restrict dx = row.dx.data(), * __restrict dy = row.dy.data(), * __restrict dz = row.dz.data();
     double *__restrict hit = row.hit_distance.data(), *__restrict end = row.w_end.data(), *__restrict per_layer = row.per_layer.data();
-    const double *__restrict u = row.u.data(), *__restrict v = row.v.data(), *__restrict w = row.w.data();
-    const double *__restrict du = row.du.data(), *__restrict dv = row.dv.data();
+    const double* __restrict u = row.u.data(), * __restrict v = row.v.data(), * __restrict w = row.w.data();
+    const double* __restrict du = row.du.data(), * __restrict dv = row.dv.data();
     for (std::size_t i = 0; i < count; ++i) hit[i] = infinity, end[i] = sense * infinity;
     for (const RowPlane& plane : setup.planes) {
         const double nx = plane.normal[0], ny = plane.normal[1], nz = plane.normal[2];
-        const double towards_light = -(nx * setup.light_direction[0] + ny * setup.light_direction[1] + nz * setup.light_direction[2]);
+        const double towards_light =
+            -(nx * setup.light_direction[0] + ny * setup.light_direction[1] + nz * setup.light_direction[2]);
         const int axis = plane.axis;
         for (std::size_t i = 0; i < count; ++i) {
             const double height = nx * x[i] + ny * y[i] + nz * z[i] - plane.offset;
@@ -106,8 +109,8 @@ inline void traceRow(const RowTraceSetup& setup, const SurfaceRow& points, RayRo
     __builtin_memcpy(row.x.data(), points.px.data(), count * sizeof(double));
     __builtin_memcpy(row.y.data(), points.py.data(), count * sizeof(double));
     __builtin_memcpy(row.z.data(), points.pz.data(), count * sizeof(double));
-    traceInterface(setup, count, points.nx.data(), points.ny.data(), points.nz.data(), row.dx.data(), row.dy.data(), row.dz.data(),
-                   row.fraction.data(), row.untraced.data());
+    traceInterface(setup, count, points.nx.data(), points.ny.data(), points.nz.data(), row.dx.data(), row.dy.data(),
+                   row.dz.data(), row.fraction.data(), row.untraced.data());
     placeInGrid(setup, count, row);
     endOnPlanes(setup, count, row);
 }

@@ -94,17 +94,21 @@ bool linearDensities(const TubeSet& set, const TubeBlock& block, std::size_t t, 
     return true;
 }
 
-// The share of a tube's layer that this tile counts for the ledger: what lies in the rectangle, if the tile holds the centroid.
+// The share of a tube's layer that this tile counts for the ledger: what lies in the rectangle, if the tile holds the
+// centroid.
 double ownedShare(const TileSums& tile, int lane, const float* x, const float* y, const double* density) {
     const int shift[2] = {tile.u0 + tile.shift_u[lane], tile.v0 + tile.shift_v[lane]};
-    const int low[2] = {tile.rect_min_u - shift[0], tile.rect_min_v - shift[1]}, high[2] = {tile.rect_max_u - shift[0], tile.rect_max_v - shift[1]};
-    const int first[2] = {tile.tile_min_u - shift[0], tile.tile_min_v - shift[1]}, end[2] = {tile.tile_max_u - shift[0], tile.tile_max_v - shift[1]};
+    const int low[2] = {tile.rect_min_u - shift[0], tile.rect_min_v - shift[1]},
+              high[2] = {tile.rect_max_u - shift[0], tile.rect_max_v - shift[1]};
+    const int first[2] = {tile.tile_min_u - shift[0], tile.tile_min_v - shift[1]},
+              end[2] = {tile.tile_max_u - shift[0], tile.tile_max_v - shift[1]};
     for (int a = 0; a < 2; ++a) {
         const float* p = a ? y : x;
         const double centre = std::clamp((p[0] + p[1] + p[2]) / 3.0, static_cast<double>(low[a]), high[a] - 1e-3);
         if (centre < first[a] || centre >= end[a]) return 0;
     }
-    const double xs[3] = {x[0] - low[0], x[1] - low[0], x[2] - low[0]}, ys[3] = {y[0] - low[1], y[1] - low[1], y[2] - low[1]};
+    const double xs[3] = {x[0] - low[0], x[1] - low[0], x[2] - low[0]},
+                 ys[3] = {y[0] - low[1], y[1] - low[1], y[2] - low[1]};
     return fractionInside(xs, ys, high[0] - low[0], high[1] - low[1], density);
 }
 

@@ -48,16 +48,19 @@ inline F8 fluxBound(const V8Flux& f, F8 irradiance) {
     return scale;
 }
 
-inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale, float floor,
-                     float* out) {
+inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale,
+                     float floor, float* out) {
     alignas(32) std::int32_t index[8];
     // Layers of the leaf that the tile does not hold stay 0.
     F8 held = {};
     const int stride = tile.cellStride();
     for (int l = 0; l < 8; ++l) {
-        const int lane = first_lane + l < 0 ? 0 : first_lane + l < tile.active_lanes ? first_lane + l : tile.active_lanes - 1;
+        const int lane = first_lane + l < 0                   ? 0
+                         : first_lane + l < tile.active_lanes ? first_lane + l
+                                                              : tile.active_lanes - 1;
         held[l] = lane == first_lane + l ? 1.0f : 0.0f;
-        index[l] = (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;
+        index[l] =
+            (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;
     }
     F8 any = {};
     for (int x = 0; x < 8; ++x) {
@@ -77,7 +80,8 @@ inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irr
             const auto lit = keep > floor;
             if (tile.channels > irradiance_channels) {
                 // Rounding must not make flux longer than the mean irradiance.
-                const V8Flux flux{value[irradiance_channels], value[irradiance_channels + 1], value[irradiance_channels + 2]};
+                const V8Flux flux{value[irradiance_channels], value[irradiance_channels + 1],
+                                  value[irradiance_channels + 2]};
                 const F8 shorten = fluxBound(flux, keep * (1.0f / static_cast<float>(irradiance_channels)));
                 for (int k = irradiance_channels; k < tile.channels; ++k) value[k] = value[k] * shorten;
             }

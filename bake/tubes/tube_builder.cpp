@@ -16,12 +16,16 @@ constexpr std::size_t kBlockTubes = 128, kBlockCorners = 120;
 double mean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
 
 // Three rays whose ends differ in kind stop with the first of them; otherwise each has its own end.
-bool sameEnd(const Corner& a, const Corner& b, const Corner& c) { return a.end_object == b.end_object && b.end_object == c.end_object; }
+bool sameEnd(const Corner& a, const Corner& b, const Corner& c) {
+    return a.end_object == b.end_object && b.end_object == c.end_object;
+}
 
 }  // namespace
 
 TubeBuilder::TubeBuilder(const GridFrame& frame, const TubeLight& light)
-    : frame_(frame), index_from_world_(glm::inverse(frame.world_from_index)), light_(light),
+    : frame_(frame),
+      index_from_world_(glm::inverse(frame.world_from_index)),
+      light_(light),
       extinction_(light.absorption + light.scattering) {
     for (int i = 0; i < 6; ++i) {
         TubeSet& set = sets_[static_cast<std::size_t>(i)];
@@ -96,7 +100,8 @@ void TubeBuilder::countTube(const Corner* const* corners, const glm::dvec3& arri
             if (light_.counts_emission) power_.absorbed_surface += mean(third);
             continue;
         }
-        if (light_.counts_emission) power_.reflected += mean(third) * c.untraced, power_.dropped += mean(third) * c.dropped;
+        if (light_.counts_emission)
+            power_.reflected += mean(third) * c.untraced, power_.dropped += mean(third) * c.dropped;
         if (c.fate != CornerFate::Lit) continue;
         const glm::dvec3 power = third * c.fraction;
         if (culled) {
@@ -115,7 +120,9 @@ void TubeBuilder::countTube(const Corner* const* corners, const glm::dvec3& arri
                 power_.scattered += lost * light_.scattering[k] / extinction_[k];
             }
         }
-        (c.end_object == Corner::kEndsOnSurface ? power_.dropped : c.end_object >= 0 ? power_.received : power_.escaped) += mean(left);
+        (c.end_object == Corner::kEndsOnSurface ? power_.dropped
+         : c.end_object >= 0                    ? power_.received
+                                                : power_.escaped) += mean(left);
     }
 }
 
@@ -124,7 +131,8 @@ std::uint8_t TubeBuilder::cornerIndex(int s, const Corner& corner, double end_di
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     const CornerRay ray = cornerRay(corner, set.axis, end_distance);
     for (std::size_t i = open.params.size(); i-- > 0;)
-        if (open.params[i].position == corner.param.position && open.params[i].normal == corner.param.normal && open.ends[i] == ray.w_end)
+        if (open.params[i].position == corner.param.position && open.params[i].normal == corner.param.normal &&
+            open.ends[i] == ray.w_end)
             return static_cast<std::uint8_t>(i);
     open.params.push_back(corner.param);
     open.ends.push_back(ray.w_end);
@@ -137,8 +145,9 @@ void TubeBuilder::closeBlock(int s) {
     OpenBlock& open = open_[static_cast<std::size_t>(s)];
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     if (!open.triangles.empty())
-        set.blocks.push_back({BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
-                              open.first_corner, open.first_tube});
+        set.blocks.push_back(
+            {BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
+             open.first_corner, open.first_tube});
     open = OpenBlock{};
 }
 

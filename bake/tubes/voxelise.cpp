@@ -46,7 +46,8 @@ Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab
         first_start = std::min(first_start, set.sense * c.w);
         last_end = std::max(last_end, static_cast<double>(set.sense) * c.w_end);
         for (const double w : {low, high}) {
-            const float u = static_cast<float>(c.u + c.du_dw * (w - c.w)), v = static_cast<float>(c.v + c.dv_dw * (w - c.w));
+            const float u = static_cast<float>(c.u + c.du_dw * (w - c.w)),
+                        v = static_cast<float>(c.v + c.dv_dw * (w - c.w));
             b.min_u = std::min(b.min_u, u), b.max_u = std::max(b.max_u, u);
             b.min_v = std::min(b.min_v, v), b.max_v = std::max(b.max_v, v);
         }
@@ -58,12 +59,18 @@ Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab
 class Voxeliser {
 public:
     Voxeliser(const TubeSet& set, LightField& field, const VoxeliseOptions& options)
-        : set_(set), field_(field), options_(options), axes_(axesFor(set.axis)), rule_(gaussRule(options.quadrature)),
+        : set_(set),
+          field_(field),
+          options_(options),
+          axes_(axesFor(set.axis)),
+          rule_(gaussRule(options.quadrature)),
           scale_(static_cast<float>(1.0 / field.frame().voxelVolume())),
-          density_(set.spreads.empty() || options.kernel == DepositKernel::Scalar ? TubeDensity::Constant : TubeDensity::Linear) {}
+          density_(set.spreads.empty() || options.kernel == DepositKernel::Scalar ? TubeDensity::Constant
+                                                                                  : TubeDensity::Linear) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
-        const auto groups = planSlabs(field_.needed(), set_.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
+        const auto groups =
+            planSlabs(field_.needed(), set_.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
         findBounds(groups);
         std::vector<std::pair<std::uint32_t, std::uint32_t>> tasks;  // group, tile
         for (std::uint32_t g = 0; g < groups.size(); ++g)
@@ -75,9 +82,11 @@ public:
             monitor.checkCancelled();
             const auto [group, tile] = tasks[index];
             for (std::size_t s = 0; s < groups[group].slabs.size(); ++s)
-                sumTile(groups[group], groups[group].tiles[tile], groups[group].slabs[s], bounds_[group][s], parts[index]);
+                sumTile(groups[group], groups[group].tiles[tile], groups[group].slabs[s], bounds_[group][s],
+                        parts[index]);
             const std::int64_t finished = ++done;
-            if ((finished & 31) == 0) monitor.progress("deposit", static_cast<double>(finished) / static_cast<double>(tasks.size()));
+            if ((finished & 31) == 0)
+                monitor.progress("deposit", static_cast<double>(finished) / static_cast<double>(tasks.size()));
         });
         for (const DepositTotals& part : parts) {
             totals.expected += part.expected;
@@ -112,11 +121,14 @@ private:
             least[0] = std::min(least[0], sums.shift_u[l]), most[0] = std::max(most[0], sums.shift_u[l]);
             least[1] = std::min(least[1], sums.shift_v[l]), most[1] = std::max(most[1], sums.shift_v[l]);
         }
-        sums.tile_min_u = std::max(tile.u, frame.min[axes_[0]]), sums.tile_min_v = std::max(tile.v, frame.min[axes_[1]]);
+        sums.tile_min_u = std::max(tile.u, frame.min[axes_[0]]),
+        sums.tile_min_v = std::max(tile.v, frame.min[axes_[1]]);
         sums.tile_max_u = std::min(tile.u + TileSums::kColumns, frame.max[axes_[0]] + 1);
         sums.tile_max_v = std::min(tile.v + TileSums::kColumns, frame.max[axes_[1]] + 1);
-        // The buffer covers whole leaves; the voxels of the last ones outside the frame are dropped when they are stored.
-        const int end_u = tile.u + ((sums.tile_max_u - tile.u + 7) & ~7), end_v = tile.v + ((sums.tile_max_v - tile.v + 7) & ~7);
+        // The buffer covers whole leaves; the voxels of the last ones outside the frame are dropped when they are
+        // stored.
+        const int end_u = tile.u + ((sums.tile_max_u - tile.u + 7) & ~7),
+                  end_v = tile.v + ((sums.tile_max_v - tile.v + 7) & ~7);
         sums.u0 = tile.u - most[0], sums.columns = end_u - tile.u + most[0] - least[0];
         sums.v0 = tile.v - most[1], sums.rows = end_v - tile.v + most[1] - least[1];
         sums.rect_min_u = group.rectangle ? frame.min[axes_[0]] : sums.tile_min_u;
@@ -126,8 +138,8 @@ private:
         return sums;
     }
 
-    void sumTile(const SlabGroup& group, const SlabGroup::Tile& tile, const Slab& slab, const std::vector<Bounds>& bounds,
-                 DepositTotals& totals) {
+    void sumTile(const SlabGroup& group, const SlabGroup::Tile& tile, const Slab& slab,
+                 const std::vector<Bounds>& bounds, DepositTotals& totals) {
         TileSums sums = layOut(group, tile, slab);
         thread_local std::vector<std::uint32_t> blocks;
         blocks.clear();
@@ -136,13 +148,15 @@ private:
         const float high_u = low_u + TileSums::kColumns, high_v = low_v + TileSums::kColumns;
         for (std::uint32_t b = 0; b < bounds.size(); ++b) {
             const Bounds& at = bounds[b];
-            if (!at.empty() && at.max_u >= low_u && at.min_u <= high_u && at.max_v >= low_v && at.min_v <= high_v) blocks.push_back(b);
+            if (!at.empty() && at.max_u >= low_u && at.min_u <= high_u && at.max_v >= low_v && at.min_v <= high_v)
+                blocks.push_back(b);
         }
         if (blocks.empty()) return;
         if (options_.quadrature == 1 && fillConstant(sums, tile, slab, blocks, totals)) return;
 
         // One element more than the last cell's neighbour, so that every edge may write to the cell after its last.
-        const std::size_t floats = static_cast<std::size_t>(sums.rows) * static_cast<std::size_t>(sums.rowStride()) + 64;
+        const std::size_t floats =
+            static_cast<std::size_t>(sums.rows) * static_cast<std::size_t>(sums.rowStride()) + 64;
         thread_local std::vector<float> storage;
         if (storage.size() < floats + 16) storage.resize(floats + 16);
         auto address = reinterpret_cast<std::uintptr_t>(storage.data());
@@ -150,7 +164,8 @@ private:
         std::memset(sums.sums, 0, floats * sizeof(float));
 
         const int irradiance = field_.channels().irradiance;
-        const TileKernels kernels = tileKernels(options_.instruction_set, sums.lanes, irradiance, field_.channels().flux, density_);
+        const TileKernels kernels =
+            tileKernels(options_.instruction_set, sums.lanes, irradiance, field_.channels().flux, density_);
         const int count = static_cast<int>(blocks.size());
         for (const auto& [offset, weight] : rule_.points) {
             sums.layer_offset = offset, sums.layer_weight = static_cast<float>(weight);
@@ -167,8 +182,8 @@ private:
         storeLeaves(sums, tile, slab, kernels, totals);
     }
 
-    bool fillConstant(const TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab, const std::vector<std::uint32_t>& blocks,
-                      DepositTotals& totals) {
+    bool fillConstant(const TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab,
+                      const std::vector<std::uint32_t>& blocks, DepositTotals& totals) {
         float values[6];
         if (!constantTile(set_, blocks, sums, values)) return false;
         const int channels = sums.channels;
@@ -196,7 +211,8 @@ private:
         return true;
     }
 
-    // Calls body(slot, u, v, w) for each leaf of the tile and slab, with the leaf's first voxel; slot -1: nobody needs it.
+    // Calls body(slot, u, v, w) for each leaf of the tile and slab, with the leaf's first voxel; slot -1: nobody needs
+    // it.
     template <class Body>
     void forEachLeaf(const SlabGroup::Tile& tile, const TileSums& sums, const Slab& slab, const Body& body) const {
         for (int u = tile.u; u < sums.tile_max_u; u += 8)
@@ -216,7 +232,7 @@ private:
         forEachLeaf(tile, sums, slab, [&](int slot, int u, int v, int w) {
             const int lane = w - slab.first;
             const bool any = set_.axis == 2 ? kernels.leaf(sums, u, v, lane, irradiance, scale_, floor, values)
-                                   : copyLeafSlowly(sums, u, v, lane, slab.active, floor, values);
+                                            : copyLeafSlowly(sums, u, v, lane, slab.active, floor, values);
             if (!any) return;
             if (slot < 0 || !field_.needed().leafFull(slot)) dropUnneeded(slot, glm::ivec3(u, v, w), values, totals);
             if (slot < 0) return;
@@ -239,21 +255,25 @@ private:
         for (int l = std::max(0, -first_lane); l < std::min(8, active - first_lane); ++l) {
             const int lane = first_lane + l;
             for (int y = 0; y < 8; ++y) {
-                const float* cell = sums.sums + static_cast<std::ptrdiff_t>(v + y - sums.v0 - sums.shift_v[lane]) * sums.rowStride() +
-                                    static_cast<std::ptrdiff_t>(u - sums.u0 - sums.shift_u[lane]) * sums.cellStride() + lane;
+                const float* cell =
+                    sums.sums + static_cast<std::ptrdiff_t>(v + y - sums.v0 - sums.shift_v[lane]) * sums.rowStride() +
+                    static_cast<std::ptrdiff_t>(u - sums.u0 - sums.shift_u[lane]) * sums.cellStride() + lane;
                 for (int x = 0; x < 8; ++x, cell += sums.cellStride()) {
                     float lit = 0;
                     for (int k = 0; k < irradiance; ++k) lit += cell[k * sums.lanes] * scale_;
                     if (!(lit > floor)) continue;
                     any = true;
                     const int at = x << shift[axes_[0]] | y << shift[axes_[1]] | l << shift[axes_[2]];
-                    for (int k = 0; k < sums.channels; ++k) out[k * LightField::kLeafVoxels + at] = cell[k * sums.lanes] * scale_;
+                    for (int k = 0; k < sums.channels; ++k)
+                        out[k * LightField::kLeafVoxels + at] = cell[k * sums.lanes] * scale_;
                     if (sums.channels == irradiance) continue;
                     // Rounding must not make flux longer than the mean irradiance.
                     float* flux = out + irradiance * LightField::kLeafVoxels + at;
-                    const float length = std::hypot(flux[0], flux[LightField::kLeafVoxels], flux[2 * LightField::kLeafVoxels]);
+                    const float length =
+                        std::hypot(flux[0], flux[LightField::kLeafVoxels], flux[2 * LightField::kLeafVoxels]);
                     if (length <= lit / static_cast<float>(irradiance)) continue;
-                    for (int k = 0; k < 3; ++k) flux[k * LightField::kLeafVoxels] *= lit / static_cast<float>(irradiance) / length;
+                    for (int k = 0; k < 3; ++k)
+                        flux[k * LightField::kLeafVoxels] *= lit / static_cast<float>(irradiance) / length;
                 }
             }
         }
@@ -294,7 +314,8 @@ private:
 
 }  // namespace
 
-void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals, Monitor& monitor) {
+void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
+              Monitor& monitor) {
     if (tubes.empty()) return;
     Voxeliser(tubes, field, options).run(totals, monitor);
 }

@@ -62,7 +62,8 @@ static GLuint makeProgram(const std::string& fragment) {
 }
 
 static int play(GLFWwindow* window, const Volume& volume, int frames) {
-    const auto gpu = GpuContext::create({[](void*, const char* name) { return (void*)glfwGetProcAddress(name); }, nullptr});
+    const auto gpu =
+        GpuContext::create({[](void*, const char* name) { return (void*)glfwGetProcAddress(name); }, nullptr});
     if (!gpu) return fail(gpu.error().message);
     auto light = GpuVolume::upload(*gpu, volume);
     if (!light) return fail(light.error().message);
@@ -88,7 +89,8 @@ static int play(GLFWwindow* window, const Volume& volume, int frames) {
         glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
         glUseProgram(program);
         light->bind();
-        glUniform3f(uniform("centre"), float(x + 0.2 * size * std::cos(0.02 * frame)), float(y + 0.2 * size * std::sin(0.02 * frame)), float(z));
+        glUniform3f(uniform("centre"), float(x + 0.2 * size * std::cos(0.02 * frame)),
+                    float(y + 0.2 * size * std::sin(0.02 * frame)), float(z));
         glUniform3f(uniform("eye"), float(x), float(y - size), float(z + 0.15 * size));
         glUniform1f(uniform("radius"), float(0.2 * size));
         glUniform1f(uniform("aspect"), float(width) / float(height));

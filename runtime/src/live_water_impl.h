@@ -41,7 +41,7 @@ struct LiveWater::Impl {
     GLuint map = 0;                             ///< photic_water_map
     GLuint ray_starts = 0, ray_directions = 0;  ///< water_rays.frag.glsl
     GLuint caustics = 0;                        ///< photic_caustic_map
-    GLuint volume_indices = 0, nearest = 0;      ///< nearest: a sampler
+    GLuint volume_indices = 0, nearest = 0;     ///< nearest: a sampler
     GLuint framebuffer = 0, vertex_array = 0;
     GLuint ray_program = 0, mesh_program = 0, volume_program = 0, god_ray_program = 0;
 

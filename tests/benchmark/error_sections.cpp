@@ -13,8 +13,9 @@ std::string percent(double part) { return fmt::format("{:.3g} %", 100 * part); }
 
 GivenOptions mesh(std::int64_t cells) { return option("mesh", cells); }
 
-/// Time and error of one method at growing work (mesh cells, paths), and what it would take to reach an error: more work by
-/// the slope of the last two points, each unit of it at their marginal cost, so that fixed costs do not bend the line.
+/// Time and error of one method at growing work (mesh cells, paths), and what it would take to reach an error: more
+/// work by the slope of the last two points, each unit of it at their marginal cost, so that fixed costs do not bend
+/// the line.
 struct Ladder {
     std::vector<double> work, seconds, errors;
     /// d log(error) / d log(work) over the last two points.
@@ -83,14 +84,17 @@ void volumeErrors(const Effort& effort, Findings& findings) {
     Ladder beams, adaptive, linear, planes, quasi, random;
     for (const std::int64_t cells :
          effort.quick ? std::vector<std::int64_t>{16, 32} : std::vector<std::int64_t>{128, 192, 256, 384, 512, 768}) {
-        run("beams", fmt::format("mesh {}", cells), text, "beams", mesh(cells), static_cast<double>(cells * cells), beams);
+        run("beams", fmt::format("mesh {}", cells), text, "beams", mesh(cells), static_cast<double>(cells * cells),
+            beams);
     }
     run("beams", "adaptive", text, "beams", {}, 0, adaptive);
     // One plane a layer bounds the others: what density gains shows with four.
     truth::pool3::SceneText fine = text;
     fine.bake = "quadrature = 4\n";
-    for (const std::int64_t cells : effort.quick ? std::vector<std::int64_t>{16} : std::vector<std::int64_t>{128, 256, 512}) {
-        run("beams, 4 planes", fmt::format("mesh {}", cells), fine, "beams", mesh(cells), static_cast<double>(cells * cells), planes);
+    for (const std::int64_t cells :
+         effort.quick ? std::vector<std::int64_t>{16} : std::vector<std::int64_t>{128, 256, 512}) {
+        run("beams, 4 planes", fmt::format("mesh {}", cells), fine, "beams", mesh(cells),
+            static_cast<double>(cells * cells), planes);
         run("beams, 4 planes, linear", fmt::format("mesh {}", cells), fine, "beams",
             mesh(cells) | option("interpolation", std::string("linear")), static_cast<double>(cells * cells), linear);
     }
@@ -105,7 +109,8 @@ void volumeErrors(const Effort& effort, Findings& findings) {
 
     constexpr double kError = 0.014;
     Table equal{fmt::format("Seconds to {:.1f} % relative RMSE, pool {}^3, one core", 100 * kError, n),
-                "Beyond the last row above, the work follows from the slope of log error over log work (cells, paths), the time "
+                "Beyond the last row above, the work follows from the slope of log error over log work (cells, paths), "
+                "the time "
                 "from the marginal cost of the last two rows.",
                 {"method", "[s]", "slope", "reached by", "this / beams"},
                 {}};

@@ -21,10 +21,10 @@ struct Section {
     const char* name;
     void (*run)(const Effort&, Findings&);
 };
-constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},        {"threads", threadScaling},
-                                 {"stages", stages},     {"writes", writes},      {"skipping", skipping},
-                                 {"floor", floorErrors}, {"volume", volumeErrors},
-                                 {"eikonal", eikonal},   {"waves", waves}};
+constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},         {"threads", threadScaling},
+                                 {"stages", stages},     {"writes", writes},       {"skipping", skipping},
+                                 {"floor", floorErrors}, {"volume", volumeErrors}, {"eikonal", eikonal},
+                                 {"waves", waves}};
 // Not run unless asked for.
 constexpr Section kLargeSections[] = {{"eikonal512", eikonalLarge}, {"waves512", wavesLarge}};
 

@@ -24,7 +24,7 @@ void writes(const Effort& effort, Findings& findings);
 void skipping(const Effort& effort, Findings& findings);
 void eikonalLarge(const Effort& effort, Findings& findings);  ///< the same at 512^3, without peers
 void wavesLarge(const Effort& effort, Findings& findings);    ///< waves in the pool at 512^3
-void eikonal(const Effort& effort, Findings& findings);  ///< run time against error of fronts, peers beside
-void waves(const Effort& effort, Findings& findings);  ///< the wave method, beside its paper's table
+void eikonal(const Effort& effort, Findings& findings);       ///< run time against error of fronts, peers beside
+void waves(const Effort& effort, Findings& findings);         ///< the wave method, beside its paper's table
 
 }  // namespace photic::benchmark

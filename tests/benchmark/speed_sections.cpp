@@ -67,12 +67,12 @@ void bakes(const Effort& effort, Findings& findings) {
                           {"512 x 512 x 64 sheared", shearedPoolBox(512, 64), 512, 0.37},
                           {"floor map 512 x 512", poolFloor(512), 512, 0.087}};
     if (effort.quick) rows = {{"16^3", poolBox(16), 32, 0}, {"floor map 32 x 32", poolFloor(32), 32, 0}};
-    Table table{
-        "Bakes, irradiance and direction, one core, without the write",
-        "`mesh n`: n x n cells of the patch that is launched. `cells 4 m / n`: cells as large as those of n x n on the whole "
-        "pool, [-2, 2]^2.",
-        {"bake", "corner rays", "voxels", "[s]", "to beat [s]", "million voxels/s", "instruction set"},
-        {}};
+    Table table{"Bakes, irradiance and direction, one core, without the write",
+                "`mesh n`: n x n cells of the patch that is launched. `cells 4 m / n`: cells as large as those of n x "
+                "n on the whole "
+                "pool, [-2, 2]^2.",
+                {"bake", "corner rays", "voxels", "[s]", "to beat [s]", "million voxels/s", "instruction set"},
+                {}};
     for (const Row& row : rows) {
         Case c = poolCase(row.text, "beams", {});
         const LaunchDomain launched =

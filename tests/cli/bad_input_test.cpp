@@ -143,7 +143,8 @@ TEST(BadInput, FilesThatAreOneAndTheSame) {
     const std::string scene = place.read("pool.toml");
     expectRefused(place, {"--report", "pool.toml"}, 2, {"the scene", "the report", "one file"});
     expectRefused(place, {"-o", "pool.vdb", "--report", "./pool.vdb"}, 2, {"the report", "the volume"});
-    expectRefused(place, {"-o", "pool.vdb", "--method", "photons", "--standard-error", "pool.vdb"}, 2, {"the standard error"});
+    expectRefused(place, {"-o", "pool.vdb", "--method", "photons", "--standard-error", "pool.vdb"}, 2,
+                  {"the standard error"});
     EXPECT_EQ(place.read("pool.toml"), scene);
 }
 

@@ -126,14 +126,16 @@ TEST(Picture, AVolumeOfAnotherSceneIsWarnedOf) {
         return outcome.err;
     };
     EXPECT_NE(change("irradiance = 1000", "irradiance = 500").find("its light has 1000 W/m2"), std::string::npos);
-    EXPECT_NE(change("min = [-1.0, -1.0, -1.2]\nmax = [ 1.0,", "min = [4.0, -1.0, -1.2]\nmax = [ 6.0,").find("wholly outside"),
+    EXPECT_NE(change("min = [-1.0, -1.0, -1.2]\nmax = [ 1.0,", "min = [4.0, -1.0, -1.2]\nmax = [ 6.0,")
+                  .find("wholly outside"),
               std::string::npos);
 }
 
 TEST(Picture, PointsThatAreNotFiniteAreRefused) {
     const Workplace place;
     bakeFlatPool(place);
-    const Outcome outcome = photic(place, {"picture", "pool.toml", "pool.vdb", "-o", "pictures", "--view", "--eye", "nan,0,0"});
+    const Outcome outcome =
+        photic(place, {"picture", "pool.toml", "pool.vdb", "-o", "pictures", "--view", "--eye", "nan,0,0"});
     EXPECT_EQ(outcome.code, 2);
     EXPECT_NE(outcome.err.find("not finite"), std::string::npos) << outcome.err;
 }

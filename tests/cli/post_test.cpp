@@ -12,7 +12,8 @@ TEST(Post, StepsAtTheBakeAndAfterItAreTheSame) {
     pool.bake = "method = \"eikonal\"\ngrids = [\"irradiance\", \"direction\", \"caustic\"]";
     place.write("pool.toml", pool.text());
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "-o", "a.vdb", "--f32"}).code, 0);
-    EXPECT_EQ(photic(place, {"post", "a.vdb", "-o", "b.vdb", "--f32", "--step", "sharpen=0.5,1.5", "--as-light"}).code, 0);
+    EXPECT_EQ(photic(place, {"post", "a.vdb", "-o", "b.vdb", "--f32", "--step", "sharpen=0.5,1.5", "--as-light"}).code,
+              0);
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--f32", "--post", "sharpen=0.5,1.5"}).code, 0);
     EXPECT_EQ(photic(place, {"post", "c.vdb", "-o", "d.vdb", "--f32", "--as-light"}).code, 0);
     EXPECT_EQ(photic(place, {"compare", "b.vdb", "d.vdb", "--max-error", "1e-6"}).code, 0);

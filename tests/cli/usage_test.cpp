@@ -39,7 +39,8 @@ TEST(Usage, MistakesExitWithTwo) {
         expectUsage({"picture", "pool.toml", "a.vdb", "--view", option, "nan"}, {option, "nan"});
     expectUsage({"compare", "a.vdb", "b.vdb", "--max-error", "nan"}, {"--max-error", "nan"});
     expectUsage({"bake", "pool.toml", "--set", "beams.mesh=-5"}, {"mesh", "-5"});
-    for (const char* step : {"frob=1,2", "sharpen=0,1", "dissipate=-0.5,9"}) expectUsage({"bake", "pool.toml", "--post", step}, {step});
+    for (const char* step : {"frob=1,2", "sharpen=0,1", "dissipate=-0.5,9"})
+        expectUsage({"bake", "pool.toml", "--post", step}, {step});
     expectUsage({"bake", "pool.toml", "--max-memory", "-1"}, {"--max-memory", "-1"});
 }
 

@@ -60,9 +60,10 @@ Looked lookUp(const SceneText& text, bool prefilter, const char* disc = "blur") 
         }
     }
     looked.relative_l1 = truth::relativeL1(map, truth::pool3::exactDiscFloor().values);
-    fmt::print("  cell {:.2f} mm, layers {:.2f} mm, shear {}, disc {}, prefilter {}: {} voxels needed, relative L1 {:.4f}\n",
-               1e3 * text.voxel_size, 1e3 * (text.layer_height > 0 ? text.layer_height : text.voxel_size), text.shear, disc,
-               prefilter, looked.voxels, looked.relative_l1);
+    fmt::print(
+        "  cell {:.2f} mm, layers {:.2f} mm, shear {}, disc {}, prefilter {}: {} voxels needed, relative L1 {:.4f}\n",
+        1e3 * text.voxel_size, 1e3 * (text.layer_height > 0 ? text.layer_height : text.voxel_size), text.shear, disc,
+        prefilter, looked.voxels, looked.relative_l1);
     return looked;
 }
 

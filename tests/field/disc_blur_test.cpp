@@ -25,7 +25,8 @@ std::shared_ptr<const NeededVoxels> everything(const glm::ivec3& min, const glm:
 }
 
 TEST(DiscStencil, KeepsEnergySymmetryAndSecondMoments) {
-    for (const auto& kernel : {ellipse(0.05, 0.03, 0.4), ellipse(0.7, 0.7, 0), ellipse(0.9, 0.4, 1.1), ellipse(3.2, 1.5, 0.6), ellipse(20, 7, 2)}) {
+    for (const auto& kernel : {ellipse(0.05, 0.03, 0.4), ellipse(0.7, 0.7, 0), ellipse(0.9, 0.4, 1.1),
+                               ellipse(3.2, 1.5, 0.6), ellipse(20, 7, 2)}) {
         const DiscStencil s = discStencil(kernel);
         ASSERT_GT(s.radius, 0);
         double sum = 0, xx = 0, yy = 0, xy = 0;
@@ -78,7 +79,7 @@ TEST(BlurLayers, EachLayerGetsItsOwnKernelInEveryChannel) {
 
 TEST(BlurLayers, AFoldSeenThroughADiscConverges) {
     // E = x^(-1/2) right of a fold, as voxel means; truth: its convolution with the disc's profile, as voxel means.
-    const double a = 0.08;   // the disc's radius in units of the domain, which is [-1/2, 1/2]
+    const double a = 0.08;  // the disc's radius in units of the domain, which is [-1/2, 1/2]
     const auto cumulative = [](double x) { return x > 0 ? 2 * std::sqrt(x) : 0.0; };
     std::vector<double> error;
     for (const int n : {64, 128, 256}) {
@@ -116,12 +117,14 @@ TEST(BlurLayers, BordersAreDarkOrAlike) {
     for (const BeyondNeeded beyond : {BeyondNeeded::Dark, BeyondNeeded::Alike}) {
         LightField field(needed, {1, true});
         for (int slot = 0; slot < field.leafCount(); ++slot) field.setConstant(slot, std::array<float, 4>{2, 0, 0, -2});
-        const double change = blurLayers(field, [](int) { return ellipse(1.7, 1.7, 0); }, beyond);
+        const double change = blurLayers(
+            field, [](int) { return ellipse(1.7, 1.7, 0); }, beyond);
         const double border = double(field.value({2, 3, 4}, 0)), middle = double(field.value({15, 15, 4}, 3));
         EXPECT_NEAR(middle, -2, 1e-6);
         if (beyond == BeyondNeeded::Dark) {
             EXPECT_LT(border, 1.2);
-            // A disc of radius r loses 2 r / (3 pi) of a voxel's width of light on either side of a straight border: 4 sides.
+            // A disc of radius r loses 2 r / (3 pi) of a voxel's width of light on either side of a straight border: 4
+            // sides.
             EXPECT_NEAR(change, -(2 * 1.7 / (3 * M_PI)) * (2.0 / 27 + 2.0 / 28), 0.006);
         } else {
             EXPECT_NEAR(border, 2, 1e-6);
@@ -146,7 +149,8 @@ TEST(BlurLayers, SparseEqualsDenseAndThreadsChangeNothing) {
                 continue;
             }
             float* leaf = field.makeDense(slot);
-            for (int i = 0; i < 4 * 512; ++i) leaf[i] = even ? (i < 512 ? 1.0f : i < 3 * 512 ? 0.0f : -1.0f) : lit ? float(i % 37) : 0.0f;
+            for (int i = 0; i < 4 * 512; ++i)
+                leaf[i] = even ? (i < 512 ? 1.0f : i < 3 * 512 ? 0.0f : -1.0f) : lit ? float(i % 37) : 0.0f;
         }
         blurLayers(field, kernel);
     }

@@ -32,7 +32,8 @@ LightField fluxField(const GridFrame& frame, const Flux& flux) {
 
 GridFrame leaningFrame(double h) {
     GridFrame frame;
-    frame.world_from_index = glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(0.3 * h, -0.2 * h, 0.8 * h));
+    frame.world_from_index =
+        glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(0.3 * h, -0.2 * h, 0.8 * h));
     frame.origin_world = {0.1, 0.2, 0.05};
     const int n = static_cast<int>(std::lround(1 / h));
     frame.min = glm::ivec3(-n), frame.max = glm::ivec3(n - 1);
@@ -84,7 +85,9 @@ TEST(LayerPower, IsTheDownwardPowerOfEachLayer) {
 
 TEST(CheckLaws, HoldForGoodFieldsAndEachFailsOnItsOwnDamage) {
     const GridFrame frame = leaningFrame(1.0 / 8);
-    const auto good = [&] { return fluxField(frame, [](const glm::dvec3& p) { return glm::dvec3(0.1, 0.2, -1 - 0.1 * p.x); }); };
+    const auto good = [&] {
+        return fluxField(frame, [](const glm::dvec3& p) { return glm::dvec3(0.1, 0.2, -1 - 0.1 * p.x); });
+    };
     for (const LawCheck& law : checkLaws(good())) EXPECT_TRUE(law.holds) << law.name << ' ' << law.value;
 
     const glm::ivec3 voxel(2, -3, 1);
@@ -101,7 +104,8 @@ TEST(CheckLaws, HoldForGoodFieldsAndEachFailsOnItsOwnDamage) {
         damages[d](field.dense(field.needed().slotOf(voxel)));
         const auto laws = checkLaws(field);
         ASSERT_EQ(laws.size(), damages.size());
-        for (std::size_t l = 0; l < laws.size(); ++l) EXPECT_EQ(laws[l].holds, l != d) << laws[l].name << ' ' << laws[l].value;
+        for (std::size_t l = 0; l < laws.size(); ++l)
+            EXPECT_EQ(laws[l].holds, l != d) << laws[l].name << ' ' << laws[l].value;
     }
 }
 

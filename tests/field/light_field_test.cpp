@@ -76,8 +76,10 @@ TEST(LightField, SumCountsNeededVoxelsOnly) {
         for (int i = 0; i < 512; ++i) {
             const glm::ivec3 v = o + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
             const bool inside = v.x >= 1 && v.x <= 20 && v.y >= 2 && v.y <= 9 && v.z >= 3 && v.z <= 12;
-            if (inside) expected += double(field.value(v, 0));
-            else EXPECT_EQ(field.value(v, 0), 0);
+            if (inside)
+                expected += double(field.value(v, 0));
+            else
+                EXPECT_EQ(field.value(v, 0), 0);
         }
     }
     EXPECT_NEAR(field.sum(0), expected, 1e-9 * expected);
@@ -99,7 +101,8 @@ TEST(LightField, LeavesFillFromManyThreadsAndSumsDoNotDependOnThem) {
             ++visits;
         });
         EXPECT_EQ(visits, field.leafCount());
-        for (int slot = 0; slot < field.leafCount(); ++slot) ASSERT_EQ(field.dense(slot)[3], 1.0f / float(4 + slot * 2048));
+        for (int slot = 0; slot < field.leafCount(); ++slot)
+            ASSERT_EQ(field.dense(slot)[3], 1.0f / float(4 + slot * 2048));
         const double sum = field.sum(0);
         if (threads == 1) first = sum;
         EXPECT_EQ(sum, first) << threads << " threads";
@@ -108,7 +111,7 @@ TEST(LightField, LeavesFillFromManyThreadsAndSumsDoNotDependOnThem) {
 }
 
 TEST(LeafArena, RunningOutOfMemoryIsAnErrorWithFigures) {
-    LeafArena arena(std::size_t{1} << 46, 1);   // more than an address space
+    LeafArena arena(std::size_t{1} << 46, 1);  // more than an address space
     bool zeroed = false;
     try {
         arena.allocate(zeroed);

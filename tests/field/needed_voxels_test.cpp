@@ -42,8 +42,10 @@ void expectContents(const NeededVoxels& needed, Predicate expected) {
 }
 
 TEST(NeededVoxels, EverythingClipsBorderLeavesThatAreNotAligned) {
-    for (const auto& [min, max] : {std::pair{glm::ivec3(0), glm::ivec3(15)}, {glm::ivec3(-3, 5, -17), glm::ivec3(12, 6, 9)},
-                                   {glm::ivec3(1, 2, 3), glm::ivec3(4, 5, 6)}, {glm::ivec3(7, 0, 8), glm::ivec3(8, 7, 23)}}) {
+    for (const auto& [min, max] : {std::pair{glm::ivec3(0), glm::ivec3(15)},
+                                   {glm::ivec3(-3, 5, -17), glm::ivec3(12, 6, 9)},
+                                   {glm::ivec3(1, 2, 3), glm::ivec3(4, 5, 6)},
+                                   {glm::ivec3(7, 0, 8), glm::ivec3(8, 7, 23)}}) {
         const auto needed = NeededVoxels::everything(boxFrame(min, max));
         expectContents(needed, [&](const glm::ivec3& v) {
             return v.x >= min.x && v.x <= max.x && v.y >= min.y && v.y <= max.y && v.z >= min.z && v.z <= max.z;
@@ -94,7 +96,8 @@ TEST(NeededVoxels, SlotsFollowCoordinatesWhateverTheOrderOfAdding) {
     a.finish(), b.finish();
     std::set<std::tuple<int, int, int>> inside;
     for (const auto& v : voxels)
-        if (v.x >= -200 && v.x <= 150 && v.y >= -20 && v.y <= 33 && v.z >= -9 && v.z <= 300) inside.insert({v.x, v.y, v.z});
+        if (v.x >= -200 && v.x <= 150 && v.y >= -20 && v.y <= 33 && v.z >= -9 && v.z <= 300)
+            inside.insert({v.x, v.y, v.z});
     ASSERT_EQ(a.leafCount(), b.leafCount());
     for (int slot = 0; slot < a.leafCount(); ++slot) {
         EXPECT_EQ(a.leafOrigin(slot), b.leafOrigin(slot));
@@ -121,7 +124,8 @@ TEST(NeededVoxels, ColumnsAndLeavesAreClipped) {
     needed.finish();
     expectContents(needed, [](const glm::ivec3& v) {
         const bool inside = v.x >= -3 && v.x <= 9 && v.y >= -2 && v.y <= 10 && v.z >= -1 && v.z <= 20;
-        return inside && ((v.x == 4 && v.y == 5) || (v.x >= 8 && v.y >= 8 && v.z >= 16) || (v.x < 0 && v.y < 0 && v.z < 0));
+        return inside &&
+               ((v.x == 4 && v.y == 5) || (v.x >= 8 && v.y >= 8 && v.z >= 16) || (v.x < 0 && v.y < 0 && v.z < 0));
     });
 }
 

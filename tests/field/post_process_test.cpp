@@ -58,11 +58,13 @@ TEST(Prefilter, IsTheInverseOfTheLookUpsBlur) {
             for (int z = -11; z <= 14; ++z)
                 if (glm::length(glm::dvec3(x, y, z) - glm::dvec3(7, 9, 1)) < 10.3) ball.add({x, y, z});
     ball.finish();
-    for (const auto& needed : {everything(glm::ivec3(0), glm::ivec3(23)), everything(frame.min, frame.max), everything({3, 3, 3}, {3, 4, 30}),
+    for (const auto& needed : {everything(glm::ivec3(0), glm::ivec3(23)), everything(frame.min, frame.max),
+                               everything({3, 3, 3}, {3, 4, 30}),
                                std::shared_ptr<const NeededVoxels>(std::make_shared<NeededVoxels>(ball))}) {
         LightField field(needed, {1, true});
         const auto value = [](const glm::ivec3& v, int c) {
-            return c == 0 ? 10 + std::sin(0.9f * float(v.x)) + std::cos(1.1f * float(v.y) + 0.3f) * std::sin(0.7f * float(v.z))
+            return c == 0 ? 10 + std::sin(0.9f * float(v.x)) +
+                                std::cos(1.1f * float(v.y) + 0.3f) * std::sin(0.7f * float(v.z))
                           : float(c) + std::cos(0.8f * float(v.x + c) + 0.5f * float(v.y) - 1.2f * float(v.z));
         };
         fill(field, value);
@@ -114,8 +116,9 @@ TEST(Prefilter, MeansOfTheInterpolantConvergeFaster) {
         const auto error = [&] {
             double sum = 0;
             for (int i = n / 4; i < 3 * n / 4; ++i)
-                sum += std::fabs(0.125 * double(field.value({i - 1, 4, 4}, 0)) + 0.75 * double(field.value({i, 4, 4}, 0)) +
-                                 0.125 * double(field.value({i + 1, 4, 4}, 0)) - mean(i));
+                sum +=
+                    std::fabs(0.125 * double(field.value({i - 1, 4, 4}, 0)) + 0.75 * double(field.value({i, 4, 4}, 0)) +
+                              0.125 * double(field.value({i + 1, 4, 4}, 0)) - mean(i));
             return sum / (n / 2);
         };
         plain.push_back(error());
@@ -124,13 +127,15 @@ TEST(Prefilter, MeansOfTheInterpolantConvergeFaster) {
     }
     EXPECT_NEAR(std::log2(plain[0] / plain[1]), 2, 0.1);
     EXPECT_NEAR(std::log2(plain[1] / plain[2]), 2, 0.1);
-    for (const double e : filtered) EXPECT_LT(e, 1e-6);   // single precision, at every resolution
+    for (const double e : filtered) EXPECT_LT(e, 1e-6);  // single precision, at every resolution
 }
 
 TEST(Prefilter, SparseLeavesAndClampedRinging) {
     const auto needed = everything(glm::ivec3(0), glm::ivec3(63));
     LightField sparse(needed, {1, true}), dense(needed, {1, true});
-    const auto spot = [](const glm::ivec3& v, int c) { return v == glm::ivec3(31, 31, 31) ? (c == 0 ? 100.0f : c == 3 ? -100.0f : 0.0f) : 0.0f; };
+    const auto spot = [](const glm::ivec3& v, int c) {
+        return v == glm::ivec3(31, 31, 31) ? (c == 0 ? 100.0f : c == 3 ? -100.0f : 0.0f) : 0.0f;
+    };
     fill(dense, spot);
     float* leaf = sparse.makeDense(needed->slotOf({31, 31, 31}));
     leaf[511] = 100, leaf[3 * 512 + 511] = -100;
@@ -212,7 +217,7 @@ TEST(CollapseConstantLeaves, KeepsSumsToItsTolerance) {
     EXPECT_EQ(field.state(0), LeafState::Constant);
     EXPECT_EQ(field.state(1), LeafState::Dense);
     EXPECT_EQ(field.state(2), LeafState::Empty);
-    EXPECT_EQ(field.state(3), LeafState::Dense);   // even light from uneven directions
+    EXPECT_EQ(field.state(3), LeafState::Dense);  // even light from uneven directions
     EXPECT_NEAR(field.sum(0), sum, 1e-3);
     EXPECT_NEAR(field.sum(3), down, 1e-3);
 }

@@ -178,7 +178,8 @@ TEST(SceneNeededVoxels, TiltedPlanesOnShearedGridsAgreeWithBruteForce) {
     scene.bake.where = Where::Receivers;
     const GridFrame frame = sceneFrame(scene);
     Monitor monitor;
-    for (const auto& normal : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0.3, -0.5, 0.8), glm::dvec3(1, 0.2, 0.01)}) {
+    for (const auto& normal :
+         {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0.3, -0.5, 0.8), glm::dvec3(1, 0.2, 0.01)}) {
         const glm::dvec3 n = glm::normalize(normal), point(0.11, 0.07, -0.4);
         scene.objects = {plane(point, n)};
         const auto needed = sceneNeededVoxels(scene, frame, monitor);
@@ -187,7 +188,8 @@ TEST(SceneNeededVoxels, TiltedPlanesOnShearedGridsAgreeWithBruteForce) {
         for (int x = frame.min.x; x <= frame.max.x; ++x)
             for (int y = frame.min.y; y <= frame.max.y; ++y)
                 for (int z = frame.min.z; z <= frame.max.z; ++z) {
-                    const double distance = std::fabs(glm::dot(n, frame.worldFromIndex({x, y, z}) - point)) / (std::fabs(m.x) + std::fabs(m.y) + std::fabs(m.z));
+                    const double distance = std::fabs(glm::dot(n, frame.worldFromIndex({x, y, z}) - point)) /
+                                            (std::fabs(m.x) + std::fabs(m.y) + std::fabs(m.z));
                     const bool expected = distance <= 2;
                     count += expected;
                     ASSERT_EQ(needed.contains({x, y, z}), expected) << distance;
@@ -203,7 +205,7 @@ TEST(SceneNeededVoxels, MeshesAgreeWithBruteForce) {
     scene.bake.where = Where::Receivers;
     auto mesh = std::make_shared<TriangleMesh>();
     mesh->positions = {{-0.4, -0.3, -0.8}, {0.5, -0.1, -0.3}, {0.1, 0.6, -0.55}, {0.11, 0.61, -0.55}, {1.4, 0.2, -0.2}};
-    mesh->triangles = {{0, 1, 2}, {1, 3, 4}, {2, 2, 3}};   // one is degenerate
+    mesh->triangles = {{0, 1, 2}, {1, 3, 4}, {2, 2, 3}};  // one is degenerate
     Object rock;
     rock.shape = std::shared_ptr<const TriangleMesh>(mesh);
     rock.role = Role::Movable;
@@ -218,8 +220,9 @@ TEST(SceneNeededVoxels, MeshesAgreeWithBruteForce) {
     for (const auto& t : mesh->triangles)
         for (int i = 0; i <= kSteps; ++i)
             for (int j = 0; i + j <= kSteps; ++j) {
-                const glm::dvec3 p = frame.indexFromWorld(mesh->positions[t[0]] + (mesh->positions[t[1]] - mesh->positions[t[0]]) * (double(i) / kSteps) +
-                                                          (mesh->positions[t[2]] - mesh->positions[t[0]]) * (double(j) / kSteps));
+                const glm::dvec3 p = frame.indexFromWorld(
+                    mesh->positions[t[0]] + (mesh->positions[t[1]] - mesh->positions[t[0]]) * (double(i) / kSteps) +
+                    (mesh->positions[t[2]] - mesh->positions[t[0]]) * (double(j) / kSteps));
                 for (auto [set, band] : {std::pair{&near, 2.0}, {&wide, 2.12}})
                     for (int x = int(std::ceil(p.x - band)); x <= int(std::floor(p.x + band)); ++x)
                         for (int y = int(std::ceil(p.y - band)); y <= int(std::floor(p.y + band)); ++y)
@@ -303,7 +306,7 @@ TEST(SceneNeededVoxels, AThinBandIsQuick) {
         ASSERT_EQ(needed.count(), 256 * 256 * 4);
     }
     RecordProperty("seconds", std::to_string(best));
-    EXPECT_LT(best, 0.1);   // 1 ms on an idle core; the limit allows for sanitizers
+    EXPECT_LT(best, 0.1);  // 1 ms on an idle core; the limit allows for sanitizers
 }
 
 }  // namespace

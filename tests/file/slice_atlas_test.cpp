@@ -19,9 +19,11 @@ using nlohmann::json;
 
 // The sidecar against docs/schemas/atlas.md: names, types, and sums that must agree.
 void expectValidSidecar(const json& j) {
-    const std::set<std::string> names{"photic_atlas", "image", "rgb_image", "width", "height", "columns", "rows", "slices", "slice_width", "slice_height",
-                                      "texel_of_voxel", "sample_position", "channels", "scale", "unit", "up_axis", "voxel_size", "bounds_world",
-                                      "world_from_index", "index_min", "resampled", "metadata"};
+    const std::set<std::string> names{
+        "photic_atlas", "image",       "rgb_image",    "width",          "height",           "columns",   "rows",
+        "slices",       "slice_width", "slice_height", "texel_of_voxel", "sample_position",  "channels",  "scale",
+        "unit",         "up_axis",     "voxel_size",   "bounds_world",   "world_from_index", "index_min", "resampled",
+        "metadata"};
     std::set<std::string> found;
     for (const auto& [key, value] : j.items()) found.insert(key);
     EXPECT_EQ(found, names);
@@ -47,7 +49,9 @@ void expectValidSidecar(const json& j) {
 struct Atlas {
     json sidecar;
     Image image, rgb;
-    explicit Atlas(const TemporaryFolder& folder) : sidecar(json::parse(bytesOf(folder / "light.json"))), image(readExr(folder / sidecar["image"].get<std::string>())) {
+    explicit Atlas(const TemporaryFolder& folder)
+        : sidecar(json::parse(bytesOf(folder / "light.json"))),
+          image(readExr(folder / sidecar["image"].get<std::string>())) {
         if (!sidecar["rgb_image"].is_null()) rgb = readExr(folder / sidecar["rgb_image"].get<std::string>());
     }
     double texel(const Image& from, int i, int j, int k, int c) const {
@@ -56,7 +60,8 @@ struct Atlas {
     }
     glm::dvec3 world(int i, int j, int k) const {
         const auto& m = sidecar["world_from_index"];
-        return {m[0][0].get<double>() * i + m[0][3].get<double>(), m[1][1].get<double>() * j + m[1][3].get<double>(), m[2][2].get<double>() * k + m[2][3].get<double>()};
+        return {m[0][0].get<double>() * i + m[0][3].get<double>(), m[1][1].get<double>() * j + m[1][3].get<double>(),
+                m[2][2].get<double>() * k + m[2][3].get<double>()};
     }
 };
 
@@ -84,7 +89,9 @@ TEST(SliceAtlas, HoldsTheLightOfEveryVoxelCropped) {
                 for (int k = 0; k < 15; ++k) {
                     const TestLight light = testLight(atlas.world(i, j, k));
                     ASSERT_NEAR(atlas.texel(atlas.image, i, j, k, 3), light.mean(), 1e-3 * light.mean());
-                    for (int a = 0; a < 3; ++a) ASSERT_NEAR(atlas.texel(atlas.image, i, j, k, a), light.mean() * light.direction[a], 1e-3 * light.mean());
+                    for (int a = 0; a < 3; ++a)
+                        ASSERT_NEAR(atlas.texel(atlas.image, i, j, k, a), light.mean() * light.direction[a],
+                                    1e-3 * light.mean());
                     if (coloured) {
                         ASSERT_NEAR(atlas.texel(atlas.rgb, i, j, k, 2), light.blue, 1e-3 * light.blue);
                     }
@@ -97,7 +104,8 @@ TEST(SliceAtlas, ShearedGridsAreResampledAtSecondOrder) {
     std::vector<double> error;
     for (const int n : {8, 16, 32}) {
         const TemporaryFolder folder;
-        const LightVolume volume = testVolume(leaningFrame(glm::ivec3(-n), glm::ivec3(n - 1, n - 1, n / 2), 2.0 / n), false);
+        const LightVolume volume =
+            testVolume(leaningFrame(glm::ivec3(-n), glm::ivec3(n - 1, n - 1, n / 2), 2.0 / n), false);
         const LightField straight = resampledToAxes(volume.field);
         EXPECT_TRUE(straight.frame().axisAligned());
         writeSliceAtlas(folder / "light.exr", volume);
@@ -126,7 +134,8 @@ TEST(SliceAtlas, ShearedGridsAreResampledAtSecondOrder) {
 TEST(SliceAtlas, TooLargeIsRefusedWithAVoxelSizeThatFits) {
     // One lit voxel at each end: 70000 texels wide.
     const TemporaryFolder folder;
-    LightVolume volume = testVolume(straightFrame({0, 0, 0}, {69999, 7, 7}, 0.001), false, [](const glm::ivec3& v) { return v.x % 69999 == 0; });
+    LightVolume volume = testVolume(straightFrame({0, 0, 0}, {69999, 7, 7}, 0.001), false,
+                                    [](const glm::ivec3& v) { return v.x % 69999 == 0; });
     try {
         writeSliceAtlas(folder / "light.exr", volume);
         FAIL();
@@ -141,7 +150,8 @@ TEST(SliceAtlas, TooLargeIsRefusedWithAVoxelSizeThatFits) {
     }
     EXPECT_EQ(folder.fileCount(), 0u);
     // A single long row of slices must be folded.
-    volume = testVolume(straightFrame({0, 0, 0}, {63, 63, 999}, 0.001), false, [](const glm::ivec3& v) { return v.x % 63 == 0 && v.y % 63 == 0 && v.z % 999 == 0; });
+    volume = testVolume(straightFrame({0, 0, 0}, {63, 63, 999}, 0.001), false,
+                        [](const glm::ivec3& v) { return v.x % 63 == 0 && v.y % 63 == 0 && v.z % 999 == 0; });
     writeSliceAtlas(folder / "light.exr", volume);
     expectValidSidecar(Atlas(folder).sidecar);
 }
@@ -178,7 +188,8 @@ TEST(SliceAtlas, FramesThatAreLitElsewhereShareALayout) {
 
 TEST(SliceAtlas, DarkVolumesAndUnwritableFolders) {
     const TemporaryFolder folder;
-    const LightVolume dark = testVolume(straightFrame({3, 4, 5}, {9, 9, 9}, 0.1), false, [](const glm::ivec3&) { return false; });
+    const LightVolume dark =
+        testVolume(straightFrame({3, 4, 5}, {9, 9, 9}, 0.1), false, [](const glm::ivec3&) { return false; });
     writeSliceAtlas(folder / "light.exr", dark);
     const Atlas atlas(folder);
     expectValidSidecar(atlas.sidecar);

@@ -45,7 +45,9 @@ TEST(VdbLayout, GridsAreWhatTheContractSays) {
             EXPECT_EQ(grid->metaValue<double>(format::kMetaReferenceIrradiance), 1000);
         }
         if (!coloured) {
-            EXPECT_TRUE(openvdb::gridPtrCast<openvdb::FloatGrid>(grids.at(format::kIrradiance))->constTree().hasSameTopology(direction->constTree()));
+            EXPECT_TRUE(openvdb::gridPtrCast<openvdb::FloatGrid>(grids.at(format::kIrradiance))
+                            ->constTree()
+                            .hasSameTopology(direction->constTree()));
         }
 
         // Positions: voxel (i,j,k) is centred at transform(i,j,k) and holds the light of that point.
@@ -65,11 +67,13 @@ TEST(VdbLayout, GridsAreWhatTheContractSays) {
 TEST(VdbLayout, CubicGridsHaveTheSimplestTransform) {
     const TemporaryFolder folder;
     writeVdb(folder / "a.vdb", testVolume(straightFrame(glm::ivec3(0), glm::ivec3(7), 0.25), false), {});
-    EXPECT_EQ(openAll(folder / "a.vdb").at("irradiance")->transform().mapType(), openvdb::math::UniformScaleTranslateMap::mapType());
+    EXPECT_EQ(openAll(folder / "a.vdb").at("irradiance")->transform().mapType(),
+              openvdb::math::UniformScaleTranslateMap::mapType());
     GridFrame flat = straightFrame(glm::ivec3(0), glm::ivec3(7), 0.25);
     flat.world_from_index[2].z = 0.5;
     writeVdb(folder / "b.vdb", testVolume(flat, false), {});
-    EXPECT_EQ(openAll(folder / "b.vdb").at("irradiance")->transform().mapType(), openvdb::math::ScaleTranslateMap::mapType());
+    EXPECT_EQ(openAll(folder / "b.vdb").at("irradiance")->transform().mapType(),
+              openvdb::math::ScaleTranslateMap::mapType());
 }
 
 TEST(VdbLayout, OneGridCanBeOpenedAlone) {
@@ -84,7 +88,8 @@ TEST(VdbLayout, OneGridCanBeOpenedAlone) {
 }
 
 TEST(VdbLayout, InterpolatedFluxIsNotTheProductOfInterpolations) {
-    // The contract's form is flux = irradiance * direction, interpolated; readers that interpolate the grids apart differ.
+    // The contract's form is flux = irradiance * direction, interpolated; readers that interpolate the grids apart
+    // differ.
     GridFrame frame = straightFrame(glm::ivec3(0), glm::ivec3(7), 1);
     LightVolume volume = testVolume(frame, false);
     for (int i = 0; i < 512; ++i) {
@@ -97,11 +102,14 @@ TEST(VdbLayout, InterpolatedFluxIsNotTheProductOfInterpolations) {
     writeVdb(folder / "a.vdb", volume, {});
     const auto grids = openAll(folder / "a.vdb");
     const openvdb::Vec3d point(2.5, 3, 3);
-    const auto e = openvdb::tools::BoxSampler::sample(openvdb::gridPtrCast<openvdb::FloatGrid>(grids.at("irradiance"))->constTree(), point);
-    const auto d = openvdb::tools::BoxSampler::sample(openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids.at("direction"))->constTree(), point);
-    EXPECT_NEAR(e * -d[2], 0.3, 1e-3);       // apart: 0.6 * 0.5
+    const auto e = openvdb::tools::BoxSampler::sample(
+        openvdb::gridPtrCast<openvdb::FloatGrid>(grids.at("irradiance"))->constTree(), point);
+    const auto d = openvdb::tools::BoxSampler::sample(
+        openvdb::gridPtrCast<openvdb::Vec3SGrid>(grids.at("direction"))->constTree(), point);
+    EXPECT_NEAR(e * -d[2], 0.3, 1e-3);  // apart: 0.6 * 0.5
     const LightVolume back = readVdb(folder / "a.vdb");
-    EXPECT_NEAR(0.5 * (-back.field.flux({2, 3, 3}).z - back.field.flux({3, 3, 3}).z) / 1000, 0.5, 1e-3);   // the flux itself
+    EXPECT_NEAR(0.5 * (-back.field.flux({2, 3, 3}).z - back.field.flux({3, 3, 3}).z) / 1000, 0.5,
+                1e-3);  // the flux itself
 }
 
 // Files that others wrote.

@@ -37,7 +37,8 @@ void expectSameLight(const LightVolume& a, const LightVolume& b, double toleranc
     const GridFrame& f = a.field.frame();
     ASSERT_EQ(a.field.channels().irradiance, b.field.channels().irradiance);
     EXPECT_LT(glm::length(f.origin_world - b.field.frame().origin_world), 1e-12);
-    for (int axis = 0; axis < 3; ++axis) EXPECT_LT(glm::length(f.world_from_index[axis] - b.field.frame().world_from_index[axis]), 1e-12);
+    for (int axis = 0; axis < 3; ++axis)
+        EXPECT_LT(glm::length(f.world_from_index[axis] - b.field.frame().world_from_index[axis]), 1e-12);
     double irradiance = 0, direction = 0;
     for (int x = f.min.x; x <= f.max.x; ++x)
         for (int y = f.min.y; y <= f.max.y; ++y)
@@ -47,8 +48,10 @@ void expectSameLight(const LightVolume& a, const LightVolume& b, double toleranc
                 ASSERT_EQ(e > 0, b.field.irradiance(v) > 0) << x << ' ' << y << ' ' << z;
                 if (e == 0) continue;
                 for (int c = 0; c < a.field.channels().irradiance; ++c)
-                    irradiance = std::max(irradiance, std::fabs(double(b.field.value(v, c)) / double(a.field.value(v, c)) - 1));
-                direction = std::max(direction, glm::length(a.field.flux(v) / e - b.field.flux(v) / b.field.irradiance(v)));
+                    irradiance =
+                        std::max(irradiance, std::fabs(double(b.field.value(v, c)) / double(a.field.value(v, c)) - 1));
+                direction =
+                    std::max(direction, glm::length(a.field.flux(v) / e - b.field.flux(v) / b.field.irradiance(v)));
             }
     EXPECT_LT(irradiance, tolerance);
     EXPECT_LT(direction, 2 * tolerance);
@@ -86,7 +89,8 @@ TEST(Vdb, DirectionsNeverExceedOneAfterRounding) {
     for (int slot = 0; slot < volume.field.leafCount(); ++slot) {
         float* leaf = volume.field.dense(slot);
         for (int i = 0; i < 512; ++i) {
-            const glm::dvec3 d = glm::normalize(glm::dvec3(std::sin(i * 0.7 + slot), std::cos(i * 1.3), -1.1 - std::sin(slot * 0.9)));
+            const glm::dvec3 d =
+                glm::normalize(glm::dvec3(std::sin(i * 0.7 + slot), std::cos(i * 1.3), -1.1 - std::sin(slot * 0.9)));
             for (int a = 0; a < 3; ++a) leaf[(1 + a) * 512 + i] = float(double(leaf[i]) * d[a]);
         }
     }
@@ -109,15 +113,23 @@ TEST(Vdb, DirectionsNeverExceedOneAfterRounding) {
 TEST(Vdb, MetadataSurvivesWithItsTypes) {
     LightVolume volume = testVolume(straightFrame(glm::ivec3(0), glm::ivec3(7), 0.25), false);
     volume.reference_irradiance = 1.0 / 3;
-    volume.metadata = {{"method", "beams"}, {"options", "{\"levels\": 3}"}, {"paths", "caustic"}, {"quadrature", "2"}, {"prefilter", "true"},
-                       {"ior", "1.333"}, {"frame", "17"}, {"ledger", "{\"power\": {\"emitted\": 12.5}}"}, {"scene_hash", "00ff12ab34cd56ef"},
-                       {"up_axis", "Y"}, {"version", "99"}};
+    volume.metadata = {{"method", "beams"},
+                       {"options", "{\"levels\": 3}"},
+                       {"paths", "caustic"},
+                       {"quadrature", "2"},
+                       {"prefilter", "true"},
+                       {"ior", "1.333"},
+                       {"frame", "17"},
+                       {"ledger", "{\"power\": {\"emitted\": 12.5}}"},
+                       {"scene_hash", "00ff12ab34cd56ef"},
+                       {"up_axis", "Y"},
+                       {"version", "99"}};
     const TemporaryFolder folder;
     writeVdb(folder / "a.vdb", volume, {});
     const LightVolume back = readVdb(folder / "a.vdb");
     EXPECT_EQ(back.reference_irradiance, 1.0 / 3);
     auto expected = volume.metadata;
-    expected["up_axis"] = "Z", expected["version"] = "1", expected["clamped"] = "0";   // the writer's, not the caller's
+    expected["up_axis"] = "Z", expected["version"] = "1", expected["clamped"] = "0";  // the writer's, not the caller's
     for (const auto& [key, value] : expected) {
         ASSERT_TRUE(back.metadata.count(key)) << key;
         EXPECT_EQ(back.metadata.at(key), value) << key;
@@ -149,7 +161,8 @@ TEST(Vdb, ScalarsShareTheTopologyAndDensityExtendsIt) {
 
 TEST(Vdb, DarkAndBlindingVolumes) {
     const TemporaryFolder folder;
-    LightVolume dark = testVolume(straightFrame({3, 4, 5}, {30, 31, 32}, 0.1), false, [](const glm::ivec3&) { return false; });
+    LightVolume dark =
+        testVolume(straightFrame({3, 4, 5}, {30, 31, 32}, 0.1), false, [](const glm::ivec3&) { return false; });
     EXPECT_EQ(writeVdb(folder / "dark.vdb", dark, {}), 1);
     EXPECT_EQ(readVdb(folder / "dark.vdb").field.sum(0), 0);
 
@@ -168,7 +181,8 @@ TEST(Vdb, DarkAndBlindingVolumes) {
 
 TEST(Vdb, ThreadsChangeNoByte) {
     const TemporaryFolder folder;
-    const LightVolume volume = testVolume(leaningFrame(glm::ivec3(-20), glm::ivec3(43), 0.02), true, [](const glm::ivec3& v) { return v.x % 19 != 0; });
+    const LightVolume volume = testVolume(leaningFrame(glm::ivec3(-20), glm::ivec3(43), 0.02), true,
+                                          [](const glm::ivec3& v) { return v.x % 19 != 0; });
     for (const int threads : {1, 2}) {
         setThreadCount(threads);
         writeVdb(folder / std::to_string(threads), volume, {});
@@ -176,7 +190,8 @@ TEST(Vdb, ThreadsChangeNoByte) {
     setThreadCount(0);
     EXPECT_EQ(bytesOf(folder / "1"), bytesOf(folder / "2"));
     // And a change of one value changes more than it: the number that tells files apart.
-    LightVolume other = testVolume(leaningFrame(glm::ivec3(-20), glm::ivec3(43), 0.02), true, [](const glm::ivec3& v) { return v.x % 19 != 0; });
+    LightVolume other = testVolume(leaningFrame(glm::ivec3(-20), glm::ivec3(43), 0.02), true,
+                                   [](const glm::ivec3& v) { return v.x % 19 != 0; });
     other.field.dense(other.field.needed().slotOf({0, 0, 0}))[100] *= 1.5f;
     writeVdb(folder / "3", other, {});
     EXPECT_NE(bytesOf(folder / "1").substr(0, 64), bytesOf(folder / "3").substr(0, 64));
@@ -184,15 +199,17 @@ TEST(Vdb, ThreadsChangeNoByte) {
 
 TEST(Vdb, EveryTruncationIsRefused) {
     const TemporaryFolder folder;
-    setThreadCount(1);   // waking a pool for every short file takes longer than reading it
+    setThreadCount(1);  // waking a pool for every short file takes longer than reading it
     for (const auto compression : {Compression::None, Compression::Mask, Compression::Blosc, Compression::Zip}) {
-        const LightVolume volume = testVolume(straightFrame({0, 0, 0}, {9, 7, 7}, 0.1), false, [](const glm::ivec3& v) { return v.x != 3; });
+        const LightVolume volume =
+            testVolume(straightFrame({0, 0, 0}, {9, 7, 7}, 0.1), false, [](const glm::ivec3& v) { return v.x != 3; });
         writeVdb(folder / "whole.vdb", volume, {compression, true});
         const std::string whole = bytesOf(folder / "whole.vdb");
         ASSERT_GT(whole.size(), 2000u);
         // A sweep over all of it, and every length at the end, where only the last value is missing.
         const std::size_t step = whole.size() / 150;
-        for (std::size_t length = 0; length < whole.size(); length += length + 20 >= whole.size() ? 1 : std::min(step, whole.size() - 20 - length)) {
+        for (std::size_t length = 0; length < whole.size();
+             length += length + 20 >= whole.size() ? 1 : std::min(step, whole.size() - 20 - length)) {
             writeBytes(folder / "cut.vdb", whole.substr(0, length));
             const std::string message = messageOf(ErrorCode::Input, [&] { readVdb(folder / "cut.vdb"); });
             ASSERT_NE(message.find("cut.vdb"), std::string::npos);
@@ -203,7 +220,8 @@ TEST(Vdb, EveryTruncationIsRefused) {
 
 TEST(Vdb, WhatCannotBeReadSaysWhy) {
     const TemporaryFolder folder;
-    EXPECT_NE(messageOf(ErrorCode::Input, [&] { readVdb(folder / "none.vdb"); }).find("No such file"), std::string::npos);
+    EXPECT_NE(messageOf(ErrorCode::Input, [&] { readVdb(folder / "none.vdb"); }).find("No such file"),
+              std::string::npos);
     EXPECT_NE(messageOf(ErrorCode::Input, [&] { readVdb(folder / ""); }).find("folder"), std::string::npos);
     writeBytes(folder / "text.vdb", "this is not a volume at all, but long enough to hold a header of one, if it were");
     EXPECT_NE(messageOf(ErrorCode::Input, [&] { readVdb(folder / "text.vdb"); }).find("no .vdb"), std::string::npos);
@@ -212,9 +230,12 @@ TEST(Vdb, WhatCannotBeReadSaysWhy) {
 TEST(Vdb, WhatCannotBeWrittenLeavesEverythingAsItWas) {
     const TemporaryFolder folder;
     const LightVolume volume = testVolume(straightFrame(glm::ivec3(0), glm::ivec3(15), 0.1), false);
-    EXPECT_NE(messageOf(ErrorCode::Failed, [&] { writeVdb(folder / "no/such/folder.vdb", volume, {}); }).find("No such file"), std::string::npos);
+    EXPECT_NE(
+        messageOf(ErrorCode::Failed, [&] { writeVdb(folder / "no/such/folder.vdb", volume, {}); }).find("No such file"),
+        std::string::npos);
     std::filesystem::create_directory(folder / "d.vdb");
-    EXPECT_NE(messageOf(ErrorCode::Failed, [&] { writeVdb(folder / "d.vdb", volume, {}); }).find("regular"), std::string::npos);
+    EXPECT_NE(messageOf(ErrorCode::Failed, [&] { writeVdb(folder / "d.vdb", volume, {}); }).find("regular"),
+              std::string::npos);
     LightVolume nothing = testVolume(straightFrame(glm::ivec3(0), glm::ivec3(7), 0.1), false);
     nothing.has_irradiance = nothing.has_direction = false;
     messageOf(ErrorCode::Failed, [&] { writeVdb(folder / "a.vdb", nothing, {}); });
@@ -232,10 +253,11 @@ TEST(Vdb, AFullDiskLeavesTheOldFile) {
     const auto full = std::filesystem::file_size(folder / "full.vdb");
     std::filesystem::remove(folder / "full.vdb");
     // A limit on the size of files stands in for the disk: in a process of its own, since it stays.
-    for (const std::uintmax_t limit : {std::uintmax_t{0}, std::uintmax_t{1}, std::uintmax_t{5000}, full / 2, full - 1}) {
+    for (const std::uintmax_t limit :
+         {std::uintmax_t{0}, std::uintmax_t{1}, std::uintmax_t{5000}, full / 2, full - 1}) {
         const pid_t child = fork();
         if (child == 0) {
-            setThreadCount(1);   // the pool's threads did not come along
+            setThreadCount(1);  // the pool's threads did not come along
             std::signal(SIGXFSZ, SIG_IGN);
             const rlimit size{limit, limit};
             setrlimit(RLIMIT_FSIZE, &size);
@@ -243,7 +265,9 @@ TEST(Vdb, AFullDiskLeavesTheOldFile) {
             try {
                 writeVdb(path, large, {});
             } catch (const Error& e) {
-                status = e.code() == ErrorCode::Failed && std::string(e.what()).find("too large") != std::string::npos ? 0 : 2;
+                status = e.code() == ErrorCode::Failed && std::string(e.what()).find("too large") != std::string::npos
+                             ? 0
+                             : 2;
             } catch (...) {
                 status = 3;
             }
@@ -260,7 +284,7 @@ TEST(Vdb, AFullDiskLeavesTheOldFile) {
 }
 
 TEST(VoxelEncoding, HalfPrecisionIsThatOfHalfFloats) {
-    EXPECT_EQ(halfPrecision(1.0f + 1.0f / 2048), 1.0f);                  // ties to even
+    EXPECT_EQ(halfPrecision(1.0f + 1.0f / 2048), 1.0f);  // ties to even
     EXPECT_EQ(halfPrecision(1.0f + 3.0f / 2048), 1.0f + 2.0f / 1024);
     EXPECT_EQ(halfPrecision(-0.3333f), -0.333251953125f);
     EXPECT_EQ(halfPrecisionBelow(-0.3333f), -0.333251953125f);

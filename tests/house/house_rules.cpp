@@ -40,10 +40,11 @@ bool isScript(const fs::path& file) {
 
 bool isCMake(const fs::path& file) { return file.filename() == "CMakeLists.txt" || file.extension() == ".cmake"; }
 
-/// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format", "runtime/src/x.h" -> "runtime"; "" for what is in no
-/// room.
+/// "bake/scene/scene.h" -> "scene", "runtime/format/x.h" -> "format", "runtime/src/x.h" -> "runtime"; "" for what is in
+/// no room.
 std::string roomOf(const std::string& path) {
-    static const std::regex pattern("^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include)|runtime/(vdb|headless|viewer))/.*");
+    static const std::regex pattern(
+        "^(?:bake/([a-z0-9_]+)|runtime/(format)|(runtime)/(?:src|include)|runtime/(vdb|headless|viewer))/.*");
     std::smatch m;
     if (!std::regex_match(path, m, pattern)) return {};
     return m[1].str() + m[2].str() + m[3].str() + m[4].str();  // those that did not match are empty
@@ -79,7 +80,7 @@ const Arrows& arrows() {
         {"headless", {"runtime"}},  // a GL context without a screen
         {"viewer", {"runtime", "vdb", "headless", "picture", "scene", "field", "image"}},
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
-        {"runtime", {"format"}},  // what a game links: nothing of the baker
+        {"runtime", {"format"}},                // what a game links: nothing of the baker
         {"optics", {}},
         {"image", {}},
         {"scene", {"image"}},
@@ -129,7 +130,8 @@ std::vector<Breach> backArrows(const fs::path& root) {
 
 std::vector<Breach> linksAgainstArrows(const fs::path& root) {
     static const std::regex rooms(R"(\bROOMS\s+([a-z0-9_\s]+))"), linked(R"(\bphotic_([a-z0-9_]+))");
-    static const std::set<std::string> not_rooms = {"room", "test", "build_flags", "openvdb", "nanovdb", "embree", "glm"};
+    static const std::set<std::string> not_rooms = {"room",    "test",   "build_flags", "openvdb",
+                                                    "nanovdb", "embree", "glm"};
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {
         const std::string name = file.generic_string(), from = roomOf(name);

@@ -77,7 +77,9 @@ TEST(House, TheTreeIsThere) {
     // The rules above would hold for an empty folder too.
     EXPECT_GT(sourceFiles(kSource).size(), 50u);
     for (const auto& [room, uses] : arrows()) {
-        if (room == "format" || room == "runtime" || room == "vdb" || room == "headless" || room == "viewer" || room == "numerics") continue;
+        if (room == "format" || room == "runtime" || room == "vdb" || room == "headless" || room == "viewer" ||
+            room == "numerics")
+            continue;
         EXPECT_TRUE(fs::exists(kSource / "bake" / room / "README.md")) << room;
     }
 }
@@ -176,7 +178,9 @@ TEST_F(MadeUpHouse, MissingReadmeIsFound) {
 }
 
 TEST_F(MadeUpHouse, MachinePathIsFound) {
-    write("README.md", std::string("Run scripts/test; see bake/root/x.h, https://example.org/home/page and ${TMPDIR:-/") + "tmp}.\n");
+    write(
+        "README.md",
+        std::string("Run scripts/test; see bake/root/x.h, https://example.org/home/page and ${TMPDIR:-/") + "tmp}.\n");
     EXPECT_EQ(inWords(machinePaths(root_)), "");
     write("docs/a.md", std::string("Look in /") + "home/me/photic.\n");
     write("tests/a.cpp", std::string("open(\"/") + "tmp/x\");\n");

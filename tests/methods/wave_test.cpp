@@ -118,8 +118,8 @@ TEST(Wave, ErrorFallsAsTheRootOfTheWavelength) {
 }
 
 /// What is left between waves and rays is diffraction, not the solver: against the wave equation's exact solution the
-/// error is a half to one per cent at wavelengths at which rays are 15 to 34 % away. At folds it falls as the third root of
-/// the wavelength (the width of Airy's integral), which the exact solution's own distance from the rays shows.
+/// error is a half to one per cent at wavelengths at which rays are 15 to 34 % away. At folds it falls as the third
+/// root of the wavelength (the width of Airy's integral), which the exact solution's own distance from the rays shows.
 TEST(Wave, FollowsTheWaveEquationMoreCloselyThanRays) {
     const Ripples ripples{32};
     constexpr int layers = 46;  // below the surface

@@ -104,7 +104,8 @@ TEST(PointSources, MaxwellsFishEyeConverges) {
         const Errors e = marchFromPoint(n, truth, slow, gradient, true);
         if (n > 32) {
             EXPECT_GT(std::log2(last.arrival / e.arrival), 0.9) << n << ": " << last.arrival << " " << e.arrival;
-            EXPECT_GT(std::log2(last.curvature / e.curvature), 1.2) << n << ": " << last.curvature << " " << e.curvature;
+            EXPECT_GT(std::log2(last.curvature / e.curvature), 1.2)
+                << n << ": " << last.curvature << " " << e.curvature;
         }
         last = e;
     }

@@ -28,7 +28,8 @@ TubeSet foldedSheet(int axis, int sense, double cell, glm::dvec2 low, glm::dvec2
     for (int j = 0; j < rows; j += 8)
         for (int i = 0; i < columns; i += 8) {
             const int nx = std::min(8, columns - i), ny = std::min(8, rows - j);
-            set.blocks.push_back({regularTopology(nx, ny), static_cast<std::uint32_t>(set.corners.size()), static_cast<std::uint32_t>(set.tubes.size())});
+            set.blocks.push_back({regularTopology(nx, ny), static_cast<std::uint32_t>(set.corners.size()),
+                                  static_cast<std::uint32_t>(set.tubes.size())});
             for (int y = j; y <= j + ny; ++y)
                 for (int x = i; x <= i + nx; ++x) {
                     const glm::dvec2 p = low + cell * glm::dvec2(x, y);
@@ -40,7 +41,9 @@ TubeSet foldedSheet(int axis, int sense, double cell, glm::dvec2 low, glm::dvec2
                 }
             for (int t = 0; t < 2 * nx * ny; ++t) {
                 TubeConstants tube{};
-                for (int k = 0; k < 3; ++k) tube.power[k] = static_cast<float>((1 + 0.3 * k) * (1 + 0.01 * ((t + 7 * i + 3 * j) % 13)) * cell * cell / 2);
+                for (int k = 0; k < 3; ++k)
+                    tube.power[k] =
+                        static_cast<float>((1 + 0.3 * k) * (1 + 0.01 * ((t + 7 * i + 3 * j) % 13)) * cell * cell / 2);
                 tube.length = 1.2f;
                 tube.travel[0] = 0.3f, tube.travel[1] = -0.2f, tube.travel[2] = static_cast<float>(sense);
                 set.tubes.push_back(tube);
@@ -55,16 +58,20 @@ void addSpreads(TubeSet& set, double cell) {
     set.irradiance = {1, 1.3, 1.6};
     for (const CornerRay& ray : set.corners) {
         CornerSpread spread;
-        const double wu = 0.7 * 0.31 * std::cos(0.31 * ray.u) * std::cos(0.23 * ray.v), wv = -0.7 * 0.23 * std::sin(0.31 * ray.u) * std::sin(0.23 * ray.v);
+        const double wu = 0.7 * 0.31 * std::cos(0.31 * ray.u) * std::cos(0.23 * ray.v),
+                     wv = -0.7 * 0.23 * std::sin(0.31 * ray.u) * std::sin(0.23 * ray.v);
         const double uu = 1 - ray.du_dw * wu, vu = -ray.dv_dw * wu, uv = -ray.du_dw * wv, vv = 1 - ray.dv_dw * wv;
         const double du = 0.35 * 0.21 * std::cos(0.21 * ray.u + 0.4), dv = -0.3 * 0.17 * std::sin(0.17 * ray.v);
         spread.step[0][0] = static_cast<float>(cell * uu), spread.step[0][1] = static_cast<float>(cell * vu);
         spread.step[1][0] = static_cast<float>(cell * uv), spread.step[1][1] = static_cast<float>(cell * vv);
-        spread.step_per_layer[0][0] = static_cast<float>(cell * du), spread.step_per_layer[1][1] = static_cast<float>(cell * dv);
-        spread.column = static_cast<float>(std::lround(ray.u / cell)), spread.row = static_cast<float>(std::lround(ray.v / cell));
+        spread.step_per_layer[0][0] = static_cast<float>(cell * du),
+        spread.step_per_layer[1][1] = static_cast<float>(cell * dv);
+        spread.column = static_cast<float>(std::lround(ray.u / cell)),
+        spread.row = static_cast<float>(std::lround(ray.v / cell));
         spread.power = static_cast<float>(cell * cell * (1 + 0.2 * std::sin(0.1 * ray.u)));
         spread.length = static_cast<float>(1.2 + 0.1 * std::sin(0.2 * ray.v));
-        spread.travel[0] = static_cast<float>(ray.du_dw), spread.travel[1] = static_cast<float>(ray.dv_dw), spread.travel[2] = 1;
+        spread.travel[0] = static_cast<float>(ray.du_dw), spread.travel[1] = static_cast<float>(ray.dv_dw),
+        spread.travel[2] = 1;
         set.spreads.push_back(spread);
     }
 }
@@ -76,12 +83,13 @@ double largestDifference(const LightField& a, const LightField& b) {
         for (int y = frame.min.y; y <= frame.max.y; ++y)
             for (int z = frame.min.z; z <= frame.max.z; ++z)
                 for (int k = 0; k < a.channels().count(); ++k)
-                    worst = std::max(worst, static_cast<double>(std::fabs(a.value({x, y, z}, k) - b.value({x, y, z}, k))));
+                    worst =
+                        std::max(worst, static_cast<double>(std::fabs(a.value({x, y, z}, k) - b.value({x, y, z}, k))));
     return worst;
 }
 
-LightField voxelised(const TubeSet& set, const std::shared_ptr<const NeededVoxels>& needed, const VoxeliseOptions& options,
-                     DepositTotals& totals, FieldChannels channels = {1, true}) {
+LightField voxelised(const TubeSet& set, const std::shared_ptr<const NeededVoxels>& needed,
+                     const VoxeliseOptions& options, DepositTotals& totals, FieldChannels channels = {1, true}) {
     LightField field(needed, channels);
     Monitor monitor;
     voxelise(set, field, options, totals, monitor);
@@ -110,13 +118,14 @@ TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnAFoldedSheet) {
                     brightest = std::max(brightest, here), sum += here;
                     apart += std::fabs(here - (field.state(slot) == LeafState::Dense ? field.dense(slot)[v] : 0));
                 }
-            // Corners are known to some 4e-6 voxels, and tubes are summed until they are 1e-3 of their length wide: one voxel
-            // at a fold may differ by that much of the brightest, all together far less.
+            // Corners are known to some 4e-6 voxels, and tubes are summed until they are 1e-3 of their length wide: one
+            // voxel at a fold may differ by that much of the brightest, all together far less.
             EXPECT_LT(largestDifference(field, expected), 2e-3 * brightest) << channels << " channels, cell " << cell;
             EXPECT_LT(apart / sum, 1e-5) << channels << " channels, cell " << cell;
             EXPECT_NEAR(field.sum(0) / expected.sum(0), 1, 1e-6);
             if (channels == 1) {
-                // Slivers everywhere and dark voxels between them: what rounding leaves there below 0 is cut off, and that adds up.
+                // Slivers everywhere and dark voxels between them: what rounding leaves there below 0 is cut off, and
+                // that adds up.
                 EXPECT_NEAR(totals.expected / field.sum(0), 1, 2e-6) << "cell " << cell;
             }
         }
@@ -146,7 +155,8 @@ TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnLinearDensity) {
                     const double here = expected.dense(slot)[v];
                     sum += here;
                     apart += std::fabs(here - (field.state(slot) == LeafState::Dense ? field.dense(slot)[v] : 0));
-                    changed += std::fabs(here - (constant.state(slot) == LeafState::Dense ? constant.dense(slot)[v] : 0));
+                    changed +=
+                        std::fabs(here - (constant.state(slot) == LeafState::Dense ? constant.dense(slot)[v] : 0));
                 }
             EXPECT_LT(apart / sum, 5e-5) << channels << " channels, cell " << cell;
             EXPECT_GT(changed / sum, 1e-3) << "the test must be able to fail";
@@ -172,21 +182,22 @@ TEST_P(VoxeliseKernels, SumTheSameLightAlongEveryAxis) {
             low[axes[a]] = z_box->frame().min[static_cast<int>(a)];
             high[axes[a]] = z_box->frame().max[static_cast<int>(a)];
         }
-        const LightField turned = voxelised(foldedSheet(axis, -1, 0.7, {-40, -30}, {70, 80}, 28.4), box(low, high), options, totals);
+        const LightField turned =
+            voxelised(foldedSheet(axis, -1, 0.7, {-40, -30}, {70, 80}, 28.4), box(low, high), options, totals);
         double worst = 0;
         for (int u = -8; u <= 40; ++u)
             for (int v = -8; v <= 47; ++v)
                 for (int w = -8; w <= 30; ++w) {
                     glm::ivec3 at;
                     at[axes[0]] = u, at[axes[1]] = v, at[axes[2]] = w;
-                    worst = std::max(worst, static_cast<double>(std::fabs(along_z.value({u, v, w}, 0) - turned.value(at, 0))));
+                    worst = std::max(worst,
+                                     static_cast<double>(std::fabs(along_z.value({u, v, w}, 0) - turned.value(at, 0))));
                 }
         EXPECT_EQ(worst, 0) << "axis " << axis;
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, VoxeliseKernels,
-                         ::testing::ValuesIn([] {
+INSTANTIATE_TEST_SUITE_P(Sets, VoxeliseKernels, ::testing::ValuesIn([] {
                              std::vector<InstructionSet> sets{InstructionSet::Portable};
                              for (const auto set : {InstructionSet::Avx2, InstructionSet::Avx512})
                                  if (set <= bestInstructionSet()) sets.push_back(set);
@@ -200,7 +211,8 @@ TEST(Voxelise, LightTravellingUpIsTheMirrorImageOfLightTravellingDown) {
     TubeSet down = foldedSheet(2, -1, 0.8, {-30, -30}, {60, 60}, 15.2);
     TubeSet up = down;
     up.sense = 1;
-    for (CornerRay& ray : up.corners) ray.w = -ray.w, ray.du_dw = -ray.du_dw, ray.dv_dw = -ray.dv_dw, ray.w_end = -ray.w_end;
+    for (CornerRay& ray : up.corners)
+        ray.w = -ray.w, ray.du_dw = -ray.du_dw, ray.dv_dw = -ray.dv_dw, ray.w_end = -ray.w_end;
     up.slope_u_power = -up.slope_u_power, up.slope_v_power = -up.slope_v_power;
     const LightField a = voxelised(down, box({0, 0, -20}, {30, 30, 20}), options, totals);
     const LightField b = voxelised(up, box({0, 0, -20}, {30, 30, 20}), options, totals);
@@ -248,7 +260,8 @@ TEST(Voxelise, NeedingLessChangesNothingWhereItIsNeeded) {
                     continue;
                 }
                 sum += band.value({x, y, z}, 0);
-                worst = std::max(worst, static_cast<double>(std::fabs(band.value({x, y, z}, 0) - all.value({x, y, z}, 0))));
+                worst =
+                    std::max(worst, static_cast<double>(std::fabs(band.value({x, y, z}, 0) - all.value({x, y, z}, 0))));
             }
     EXPECT_LT(worst, 5e-3);
     EXPECT_NEAR(some_totals.expected / sum, 1, 2e-6);
@@ -333,13 +346,15 @@ TEST(EdgeKernel, FractionInsideAgreesWithSampling) {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> place(-6, 16);
     for (int trial = 0; trial < 100; ++trial) {
-        const double x[3] = {place(random), place(random), place(random)}, y[3] = {place(random), place(random), place(random)};
+        const double x[3] = {place(random), place(random), place(random)},
+                     y[3] = {place(random), place(random), place(random)};
         int inside = 0, count = 0;
         constexpr int n = 150;
         for (int i = 0; i < n; ++i)
             for (int j = 0; i + j < n; ++j, ++count) {
                 const double p = (i + 1.0 / 3) / n, q = (j + 1.0 / 3) / n;
-                const double px = x[0] + (x[1] - x[0]) * p + (x[2] - x[0]) * q, py = y[0] + (y[1] - y[0]) * p + (y[2] - y[0]) * q;
+                const double px = x[0] + (x[1] - x[0]) * p + (x[2] - x[0]) * q,
+                             py = y[0] + (y[1] - y[0]) * p + (y[2] - y[0]) * q;
                 inside += px > 0 && px < 10 && py > 0 && py < 10;
             }
         EXPECT_NEAR(fractionInside(x, y, 10, 10), static_cast<double>(inside) / count, 0.012);

@@ -105,7 +105,8 @@ public:
     Status updateCausticMap(const CausticMapOptions& options);
     bool hasCausticMap() const;
 
-    /// Adds the look-up's god rays: `ray_strength` x the sun's irradiance x gamma, the paper's equation 2. Needs depth only.
+    /// Adds the look-up's god rays: `ray_strength` x the sun's irradiance x gamma, the paper's equation 2. Needs depth
+    /// only.
     /// @return Error{Usage}, Error{Shader}
     Status drawGodRays(const GBuffer& surfaces, const Target& target);
 
