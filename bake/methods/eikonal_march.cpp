@@ -65,10 +65,12 @@ public:
     /// Ghost columns, all the way down, with their irradiances where `shares` asks for them.
     void atSides(std::vector<float>& shares) {
         const glm::ivec3 n = grid_.size;
-        for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(kStrip, n.y)},
-                                         {glm::ivec2(n.x - kStrip, 0), glm::ivec2(kStrip, n.y)},
-                                         {glm::ivec2(0, 0), glm::ivec2(n.x, kStrip)},
-                                         {glm::ivec2(0, n.y - kStrip), glm::ivec2(n.x, kStrip)}}) {
+        // A domain may be narrower than a strip, which is then the whole of it.
+        const glm::ivec2 strip = glm::min(glm::ivec2(kStrip), glm::ivec2(n));
+        for (const auto& [low, count] : {std::pair{glm::ivec2(0, 0), glm::ivec2(strip.x, n.y)},
+                                         {glm::ivec2(n.x - strip.x, 0), glm::ivec2(strip.x, n.y)},
+                                         {glm::ivec2(0, 0), glm::ivec2(n.x, strip.y)},
+                                         {glm::ivec2(0, n.y - strip.y), glm::ivec2(n.x, strip.y)}}) {
             sweepFootPoints(front_.front(), layersFrom(low, count),
                             [&, low = low, count = count](int k, const FootPointLayer& layer) {
                                 for (int j = 0; j < count.y; ++j)

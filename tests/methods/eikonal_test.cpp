@@ -100,6 +100,27 @@ TEST(Eikonal, MarchingTendsToTheFootPoints) {
     EXPECT_LT(last_light, 2e-3);
 }
 
+/// A domain of a few columns, or of one: what marching finds there is the same light, in the second order of the cells.
+/// Seeds that were frozen beside such a domain would lie in other columns, or outside of all memory.
+TEST(Eikonal, NarrowDomainsAreMarchedToo) {
+    const Scene scene = waterScene(0.3, std::make_shared<CosineField>(0.03, 6));
+    for (const glm::ivec2 columns : {glm::ivec2(1, 1), {2, 1}, {1, 3}, {5, 2}, {3, 12}, {12, 1}})
+        for (const double first : {-0.5, -0.40625, -0.3125}) {  // the blocks of cells begin elsewhere
+            const glm::ivec3 size(columns, 24);
+            const glm::dvec3 low(first, first / 2, -0.8);
+            const BakeResult feet = bakeEikonal(scene, low, size, 1.0 / 32),
+                             marched = bakeEikonal(scene, low, size, 1.0 / 32, kMarching);
+            std::int64_t lit = 0;
+            forLit(feet, [&](const glm::ivec3& v) {
+                ++lit;
+                const double light = double(feet.field.value(v, 0));
+                EXPECT_NEAR(double(marched.field.value(v, 0)) / light, 1, 0.02) << columns.x << " " << columns.y;
+                EXPECT_NEAR(double(marched.arrival_time->value(v, 0) - feet.arrival_time->value(v, 0)), 0, 1e-4);
+            });
+            EXPECT_EQ(lit, std::int64_t(24) * columns.x * columns.y);
+        }
+}
+
 TEST(Eikonal, DarkBeyondTheCaustic) {
     const Scene scene = waterScene(0, std::make_shared<CosineField>(0.06, 9));
     const auto lit = [&](const GivenOptions& given) {
