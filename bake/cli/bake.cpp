@@ -16,8 +16,9 @@
 #include "bake/cli/verbs.h"
 #include "bake/cli/version.h"
 #include "bake/field/density.h"
-#include "bake/field/post_process.h"
+#include "bake/field/prefilter.h"
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/image/atomic_file.h"
 #include "bake/methods/catalogue.h"
 #include "bake/report/error.h"
@@ -149,7 +150,7 @@ void summarise(Terminal& terminal, const std::string& output, const Method& meth
     const glm::ivec3 size = frame.size();
     terminal.say(fmt::format("{}: {:.4g} of {:.4g} needed voxels lit ({} x {} x {}, {:.4g} mm), {:.1f} MB", output,
                              static_cast<double>(report.active_voxels), static_cast<double>(report.needed_voxels),
-                             size.x, size.y, size.z, frame.world_from_index[0].x * 1000,
+                             size.x, size.y, size.z, frame.worldFromIndex()[0].x * 1000,
                              static_cast<double>(file_bytes) * 1e-6));
     std::string stages;
     double total = 0;

@@ -352,7 +352,7 @@ std::vector<std::string> receiversAtTheEdge(const Scene& scene, const GridFrame&
         }
         const glm::dvec3 index = frame.indexFromWorld(receiver.origin + 0.5 * (receiver.across + receiver.up));
         // Along the axis that the receiver faces, both neighbours of a look-up must be voxels of the grid.
-        const glm::dvec3 facing = glm::abs(glm::transpose(frame.world_from_index) * receiver.normal);
+        const glm::dvec3 facing = glm::abs(frame.indexNormal(receiver.normal));
         const int axis = facing.x > facing.y && facing.x > facing.z ? 0 : facing.y > facing.z ? 1 : 2;
         if (index[axis] < frame.min[axis] || index[axis] > frame.max[axis]) names.push_back(name);
     }

@@ -30,7 +30,7 @@ bool sameGrid(const GridFrame& a, const GridFrame& b) {
     for (int i = 0; i < 3; ++i) {
         apart = std::max(apart, std::fabs(a.origin_world[i] - b.origin_world[i]));
         for (int j = 0; j < 3; ++j)
-            apart = std::max(apart, std::fabs(a.world_from_index[i][j] - b.world_from_index[i][j]));
+            apart = std::max(apart, std::fabs(a.worldFromIndex()[i][j] - b.worldFromIndex()[i][j]));
     }
     return apart <= kSamePlace * size;
 }

@@ -9,7 +9,7 @@
 
 #include "bake/field/coarsen.h"
 #include "bake/field/resample.h"
-#include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/file/runtime_size.h"
 #include "bake/file/voxel_box.h"
 #include "bake/file/voxel_encoding.h"
@@ -107,7 +107,7 @@ Json volumeError(const LightField& source, const LightField& exported) {
     constexpr std::int64_t kMostSamples = 1000000;
     const std::int64_t stride = source.needed().count() / kMostSamples + 1;
     const GridFrame &from = source.frame(), &to = exported.frame();
-    const glm::dmat3 index_from_world = glm::inverse(to.world_from_index);
+    const glm::dmat3& index_from_world = to.indexFromWorld();
     Difference difference;
     double kept = 0, all = 0;
     std::int64_t n = 0;

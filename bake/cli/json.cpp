@@ -49,7 +49,7 @@ Json toJson(const GridFrame& frame) {
     Json rows = Json::array();
     for (int row = 0; row < 3; ++row) {
         rows.push_back(
-            {frame.world_from_index[0][row], frame.world_from_index[1][row], frame.world_from_index[2][row]});
+            {frame.worldFromIndex()[0][row], frame.worldFromIndex()[1][row], frame.worldFromIndex()[2][row]});
     }
     return {{"size", toJson(frame.size())},         {"index_min", toJson(frame.min)},
             {"index_max", toJson(frame.max)},       {"world_from_index", rows},

@@ -136,7 +136,7 @@ int layerAt(const GridFrame& frame, int axis, double place) {
 
 /// Height of a pixel over its width in a picture across `axis`.
 double pixelAspect(const GridFrame& frame, int axis) {
-    const auto& m = frame.world_from_index;
+    const auto& m = frame.worldFromIndex();
     const int right = axis == 0 ? 1 : 0, up = axis == 2 ? 1 : 2;
     return std::fabs(m[up][up] / m[right][right]);
 }

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "bake/field/post_process.h"
-#include "bake/field/scene_grid.h"
+#include "bake/field/caustic_steps.h"
 #include "bake/report/error.h"
 
 namespace photic::cli {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The steps of [Mercier 2014] on caustic grids.
+#include "bake/field/caustic_steps.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,8 +10,6 @@
 #include <cmath>
 #include <vector>
 
-#include "bake/field/post_process.h"
-#include "bake/field/scene_grid.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 

@@ -5,7 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "bake/field/scene_grid.h"
+#include "bake/field/floor_div.h"
+#include "bake/field/needed_voxels.h"
 
 namespace photic {
 namespace {
@@ -15,15 +16,13 @@ constexpr int kSteps = 12;
 constexpr double kSmallEnough = 1e-4;  // of the residual, against the right-hand side: far below half floats' effect
 constexpr int kPadded = 10;            // a leaf of coarse voxels and one around it
 
-int floorDivide(int a, int b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
-
 GridFrame coarseFrame(const GridFrame& fine, int factor) {
     GridFrame coarse;
-    coarse.world_from_index = fine.world_from_index * double(factor);
+    coarse.setWorldFromIndex(fine.worldFromIndex() * double(factor));
     coarse.origin_world = fine.worldFromIndex(glm::dvec3(0.5 * (factor - 1)));
     for (int a = 0; a < 3; ++a) {
-        coarse.min[a] = floorDivide(fine.min[a], factor) - 1;
-        coarse.max[a] = floorDivide(fine.max[a], factor) + 1;
+        coarse.min[a] = floorDiv(fine.min[a], factor) - 1;
+        coarse.max[a] = floorDiv(fine.max[a], factor) + 1;
     }
     return coarse;
 }
@@ -35,7 +34,7 @@ NeededVoxels coarseNeeded(const LightField& field, int factor) {
         const glm::ivec3 origin = field.needed().leafOrigin(slot);
         glm::ivec3 low, high;
         for (int a = 0; a < 3; ++a)
-            low[a] = floorDivide(origin[a], factor) - 1, high[a] = floorDivide(origin[a] + 7, factor) + 1;
+            low[a] = floorDiv(origin[a], factor) - 1, high[a] = floorDiv(origin[a] + 7, factor) + 1;
         for (int x = low.x; x <= high.x; ++x)
             for (int y = low.y; y <= high.y; ++y) needed.addColumn(x, y, low.z, high.z);
     }

@@ -42,10 +42,9 @@ public:
         : min_(frame.min),
           size_(frame.size()),
           columns_(static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y)) {
-        const glm::dmat3 index_from_world = glm::inverse(frame.world_from_index);
         for (const auto& t : mesh.triangles) {
             glm::dvec3 p[3];
-            for (std::size_t c = 0; c < 3; ++c) p[c] = index_from_world * (mesh.positions[t[c]] - frame.origin_world);
+            for (std::size_t c = 0; c < 3; ++c) p[c] = frame.indexFromWorld(mesh.positions[t[c]]);
             addTriangle(p);
         }
         for (auto& column : columns_) {
@@ -134,7 +133,7 @@ void fillLeaf(LightField& field, int slot, const DensityAt& density_at) {
 LightField mediumDensity(const Scene& scene, std::shared_ptr<const NeededVoxels> needed) {
     LightField field(std::move(needed), FieldChannels{1, false});
     const GridFrame& frame = field.frame();
-    const double layer_height = frame.world_from_index[2].z;
+    const double layer_height = frame.worldFromIndex()[2].z;
     for (const Surface& surface : scene.surfaces) {
         if (surface.event == SurfaceEvent::Reflect) continue;
         if (surface.height_field) {

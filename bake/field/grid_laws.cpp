@@ -38,7 +38,7 @@ double meanIrradiance(const LightField& field, const std::array<float, 8>& v) {
 }  // namespace
 
 double netFluxThroughBox(const LightField& field, const glm::ivec3& min, const glm::ivec3& max) {
-    const glm::dmat3& m = field.frame().world_from_index;
+    const glm::dmat3& m = field.frame().worldFromIndex();
     double net = 0, total = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
@@ -65,7 +65,7 @@ std::vector<double> layerPower(const LightField& field) {
     const auto layers = static_cast<std::size_t>(std::max(frame.size().z, 0));
     std::vector<double> power(layers);
     if (!field.channels().flux || layers == 0) return power;
-    const glm::dvec3 area = glm::cross(frame.world_from_index[0], frame.world_from_index[1]);
+    const glm::dvec3 area = glm::cross(frame.worldFromIndex()[0], frame.worldFromIndex()[1]);
     const auto f = static_cast<std::size_t>(field.channels().irradiance);
     const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
     std::vector<std::vector<double>> sums(static_cast<std::size_t>(blocks));

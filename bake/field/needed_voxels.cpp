@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
@@ -152,6 +153,16 @@ std::int64_t NeededVoxels::bytes() const {
     return static_cast<std::int64_t>(sizeof(*this) +
                                      4 * (pages_.capacity() + slots_.capacity() + mask_index_.capacity()) +
                                      sizeof(glm::ivec3) * leaf_origins_.capacity() + sizeof(Mask) * masks_.capacity());
+}
+
+void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body) {
+    // Blocks of leaves: a leaf alone can be too little work for a task.
+    constexpr std::int64_t kBlock = 16;
+    const std::int64_t leaves = needed.leafCount();
+    parallelFor((leaves + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        const auto end = std::min(leaves, (block + 1) * kBlock);
+        for (auto slot = block * kBlock; slot < end; ++slot) body(static_cast<int>(slot));
+    });
 }
 
 }  // namespace photic

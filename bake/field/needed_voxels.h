@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -121,5 +122,8 @@ private:
     std::vector<std::int32_t> mask_index_;  // per slot; -1: full
     std::vector<Mask> masks_;
 };
+
+/// Visits leaves in parallel: body(slot).
+void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body);
 
 }  // namespace photic

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "bake/field/scene_grid.h"
+#include "bake/field/needed_voxels.h"
 
 namespace photic {
 namespace {

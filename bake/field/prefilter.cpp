@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "bake/field/prefilter.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,7 +9,6 @@
 #include <vector>
 
 #include "bake/field/post_process.h"
-#include "bake/field/scene_grid.h"
 #include "bake/threads/parallel_for.h"
 
 // A voxel holds the mean of the light over its cell. The mean over a cell of the piecewise linear function through

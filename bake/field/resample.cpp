@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "bake/field/scene_grid.h"
+#include "bake/field/needed_voxels.h"
 
 namespace photic {
 namespace {
@@ -64,9 +64,9 @@ LightField reindexed(const LightField& field, const glm::ivec3& shift) {
 
 LightField resampledToAxes(const LightField& field) {
     const GridFrame& from = field.frame();
-    const double h = std::min(glm::length(from.world_from_index[0]), glm::length(from.world_from_index[1]));
+    const double h = std::min(glm::length(from.worldFromIndex()[0]), glm::length(from.worldFromIndex()[1]));
     GridFrame to;
-    to.world_from_index = glm::dmat3(h);
+    to.setWorldFromIndex(glm::dmat3(h));
     to.origin_world = glm::dvec3(0.5 * h);
 
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
@@ -80,7 +80,6 @@ LightField resampledToAxes(const LightField& field) {
     to.min = glm::ivec3(glm::floor(low / h + kTolerance)), to.max = glm::ivec3(glm::ceil(high / h - kTolerance)) - 1;
 
     LightField out(std::make_shared<const NeededVoxels>(NeededVoxels::everything(to)), field.channels());
-    const glm::dmat3 index_from_world = glm::inverse(from.world_from_index);
     const auto channels = static_cast<std::size_t>(field.channels().count());
     forEachLeaf(out.needed(), [&](int slot) {
         std::array<float, 8 * LightField::kLeafVoxels> values;
@@ -91,8 +90,7 @@ LightField resampledToAxes(const LightField& field) {
             std::array<float, 8> v{};
             if (NeededVoxels::maskBit(mask, i))
                 v = sampleTrilinear(
-                    field, index_from_world *
-                               (to.worldFromIndex(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7)) - from.origin_world));
+                    field, from.indexFromWorld(to.worldFromIndex(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7))));
             for (std::size_t c = 0; c < channels; ++c) {
                 values[c * LightField::kLeafVoxels + static_cast<std::size_t>(i)] = v[c];
                 light |= v[c] != 0;

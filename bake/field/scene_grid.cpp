@@ -9,8 +9,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "bake/field/floor_div.h"
 #include "bake/optics/snell.h"
-#include "bake/threads/parallel_for.h"
+#include "bake/report/error.h"
 
 namespace photic {
 namespace {
@@ -55,8 +56,6 @@ glm::dvec2 shearAlongLight(const Scene& scene) {
     return glm::dvec2(direction) / direction.z;
 }
 
-int floorDiv(int a, int b) { return a / b - (a % b != 0 && (a < 0) != (b < 0)); }
-
 // How far to move the indices along an axis, 0..7, so that the bands around receivers that lie across it fill the
 // fewest leaves: a thin band that straddles two rows of leaves costs twice the memory and nearly twice the time.
 int leafOffset(const Scene& scene, const GridFrame& frame, int axis) {
@@ -66,7 +65,7 @@ int leafOffset(const Scene& scene, const GridFrame& frame, int axis) {
         for (const Object& object : scene.objects) {
             const Plane* plane = std::get_if<Plane>(&object.shape);
             if (!plane || !object.receives()) continue;
-            const glm::dvec3 m = glm::transpose(frame.world_from_index) * plane->normal;
+            const glm::dvec3 m = frame.indexNormal(plane->normal);
             if (std::fabs(m[axis]) < (1 - kTolerance) * glm::length(m)) continue;
             const double middle = glm::dot(plane->normal, plane->point - frame.origin_world) / m[axis],
                          band = scene.bake.band;
@@ -110,8 +109,8 @@ GridFrame sceneFrame(const Scene& scene) {
                     scene.file);
 
     GridFrame frame;
-    frame.world_from_index = glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer));
-    frame.origin_world = frame.world_from_index * glm::dvec3(0.5);
+    frame.setWorldFromIndex({glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer)});
+    frame.origin_world = frame.worldFromIndex() * glm::dvec3(0.5);
 
     // The domain's box in cell coordinates, in which voxel i covers [i, i + 1].
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
@@ -146,19 +145,9 @@ GridFrame sceneFrame(const Scene& scene) {
         glm::ivec3 offset;
         for (int a = 0; a < 3; ++a) offset[a] = leafOffset(scene, frame, a);
         frame.min += offset, frame.max += offset;
-        frame.origin_world -= frame.world_from_index * glm::dvec3(offset);
+        frame.origin_world -= frame.worldFromIndex() * glm::dvec3(offset);
     }
     return frame;
-}
-
-void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body) {
-    // Blocks of leaves: a leaf alone can be too little work for a task.
-    constexpr std::int64_t kBlock = 16;
-    const std::int64_t leaves = needed.leafCount();
-    parallelFor((leaves + kBlock - 1) / kBlock, [&](std::int64_t block) {
-        const auto end = std::min(leaves, (block + 1) * kBlock);
-        for (auto slot = block * kBlock; slot < end; ++slot) body(static_cast<int>(slot));
-    });
 }
 
 }  // namespace photic

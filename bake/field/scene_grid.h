@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
-
-#include "bake/field/needed_voxels.h"
-#include "bake/report/monitor.h"
+#include "bake/field/grid_frame.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
@@ -16,11 +13,5 @@ namespace photic {
 /// leaves; the voxels themselves stay where they are.
 /// @throws Error{Input} for a box of more than 2^38 voxels or an empty one
 GridFrame sceneFrame(const Scene& scene);
-
-/// The voxels that the scene's `where` asks for: everything, a band around receivers, or the medium below the surface.
-NeededVoxels sceneNeededVoxels(const Scene& scene, const GridFrame& frame, Monitor& monitor);
-
-/// Visits leaves in parallel: body(slot).
-void forEachLeaf(const NeededVoxels& needed, const std::function<void(int)>& body);
 
 }  // namespace photic

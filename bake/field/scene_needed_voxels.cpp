@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "bake/field/scene_needed_voxels.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <glm/matrix.hpp>
 #include <limits>
 
-#include "bake/field/scene_grid.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -44,7 +45,7 @@ int lastInside(double z) { return static_cast<int>(std::floor(z + kTolerance)); 
 // Voxels whose centre is within `band` of the plane in the maximum norm of index space: |m . p - c| <= band |m|_1.
 void addPlane(NeededVoxels& needed, const Plane& plane, double band) {
     const GridFrame& frame = needed.frame();
-    const glm::dvec3 m = glm::transpose(frame.world_from_index) * plane.normal;
+    const glm::dvec3 m = frame.indexNormal(plane.normal);
     const Slab slab{m, glm::dot(plane.normal, plane.point - frame.origin_world),
                     (band + kTolerance) * (std::fabs(m.x) + std::fabs(m.y) + std::fabs(m.z))};
 
@@ -229,8 +230,8 @@ NeededVoxels inMedium(const Scene& scene, const GridFrame& frame, Monitor& monit
                     "where = \"media\", but there is no surface for the medium to lie below; add a [[surface]] or use "
                     "where = \"everywhere\"",
                     scene.file);
-    const double h = frame.world_from_index[0][0], layer = frame.world_from_index[2][2];
-    const double shift_x = frame.world_from_index[2][0] / h, shift_y = frame.world_from_index[2][1] / h;
+    const double h = frame.worldFromIndex()[0][0], layer = frame.worldFromIndex()[2][2];
+    const double shift_x = frame.worldFromIndex()[2][0] / h, shift_y = frame.worldFromIndex()[2][1] / h;
     const CellHeights cells = cellHeights(scene, h);
     if (cells.top.empty() && shift_x == 0 && shift_y == 0) return NeededVoxels::everything(frame);
 

@@ -6,7 +6,7 @@
 #include <bit>
 #include <cstring>
 
-#include "bake/field/scene_grid.h"
+#include "bake/field/needed_voxels.h"
 #include "runtime/format/light_volume_format.h"
 
 namespace photic {

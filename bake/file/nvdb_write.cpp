@@ -50,11 +50,11 @@ using Handle = nanovdb::GridHandle<ClearedBuffer>;
 
 nanovdb::Map mapOf(const GridFrame& frame) {
     // Rows in, transposed by Map::set: the images of the axes.
-    const glm::dmat3 inverse = glm::inverse(frame.world_from_index);
+    const glm::dmat3& inverse = frame.indexFromWorld();
     double rows[3][3], inverse_rows[3][3];
     for (int axis = 0; axis < 3; ++axis)
         for (int i = 0; i < 3; ++i)
-            rows[axis][i] = frame.world_from_index[axis][i], inverse_rows[axis][i] = inverse[axis][i];
+            rows[axis][i] = frame.worldFromIndex()[axis][i], inverse_rows[axis][i] = inverse[axis][i];
     const double origin[3] = {frame.origin_world.x, frame.origin_world.y, frame.origin_world.z};
     nanovdb::Map map;
     map.set(rows, inverse_rows, origin, 1.0);
@@ -95,7 +95,7 @@ template <class Build>
 void complete(Handle& handle, const GridFrame& frame, const std::string& blind) {
     auto* grid = handle.template grid<Build>();
     auto* data = grid->data();
-    const auto& m = frame.world_from_index;
+    const auto& m = frame.worldFromIndex();
     data->mVoxelSize = nanovdb::Vec3R(glm::length(m[0]), glm::length(m[1]), glm::length(m[2]));
     if (!blind.empty()) {
         auto* meta = nanovdb::PtrAdd<nanovdb::GridBlindMetaData>(data, data->mBlindMetadataOffset);

@@ -93,7 +93,7 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
     const double reference = volume.reference_irradiance;
     const VoxelBox box = straight.box(wanted);
     const glm::ivec3 size = box.max - box.min + 1;
-    const glm::dvec3 voxel(frame.world_from_index[0].x, frame.world_from_index[1].y, frame.world_from_index[2].z);
+    const glm::dvec3 voxel(frame.worldFromIndex()[0].x, frame.worldFromIndex()[1].y, frame.worldFromIndex()[2].z);
     const Layout layout = fittingLayout(size, voxel.x);
     const bool coloured = field.channels().irradiance == 3;
 

@@ -139,7 +139,7 @@ Json rowsOf(const glm::dmat4& m) {
 glm::dmat4 worldFromTexture(const GridFrame& frame, const VoxelBox& box) {
     glm::dmat4 m(1.0);
     const glm::dvec3 size(box.size());
-    for (int axis = 0; axis < 3; ++axis) m[axis] = glm::dvec4(frame.world_from_index[axis] * size[axis], 0);
+    for (int axis = 0; axis < 3; ++axis) m[axis] = glm::dvec4(frame.worldFromIndex()[axis] * size[axis], 0);
     m[3] = glm::dvec4(frame.worldFromIndex(glm::dvec3(box.min) - 0.5), 1);
     return m;
 }
@@ -168,7 +168,7 @@ DenseWritten writeTextures(const std::string& path, const LightVolume& volume, T
     const GridFrame& frame = straight.field().frame();
     const BoxLight light(straight.field(), straight.box(wanted), volume.reference_irradiance);
     const glm::ivec3 size = light.size();
-    const glm::dvec3 voxel(frame.world_from_index[0].x, frame.world_from_index[1].y, frame.world_from_index[2].z);
+    const glm::dvec3 voxel(frame.worldFromIndex()[0].x, frame.worldFromIndex()[1].y, frame.worldFromIndex()[2].z);
     refuseLarge(size, voxel.x);
     const bool coloured = straight.field().channels().irradiance == 3, unity = format == TextureFormat::UnityVf;
     const glm::dmat4 world = worldFromTexture(frame, light.box());

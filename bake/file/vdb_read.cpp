@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bake/field/scene_grid.h"
+#include "bake/field/needed_voxels.h"
 #include "bake/file/vdb.h"
 #include "bake/report/error.h"
 #include "runtime/format/light_volume_format.h"
@@ -78,7 +78,9 @@ GridFrame frameOf(const std::string& path, const openvdb::GridBase& grid) {
         refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.getName()));
     const auto mat = grid.transform().baseMap()->getAffineMap()->getMat4();
     GridFrame frame;
-    for (int axis = 0; axis < 3; ++axis) frame.world_from_index[axis] = {mat(axis, 0), mat(axis, 1), mat(axis, 2)};
+    glm::dmat3 world_from_index;
+    for (int axis = 0; axis < 3; ++axis) world_from_index[axis] = {mat(axis, 0), mat(axis, 1), mat(axis, 2)};
+    frame.setWorldFromIndex(world_from_index);
     frame.origin_world = {mat(3, 0), mat(3, 1), mat(3, 2)};
     if (!(frame.voxelVolume() > 0) || !std::isfinite(frame.voxelVolume()))
         refuse(path, fmt::format("grid {} has voxels of no volume", grid.getName()));
@@ -156,7 +158,7 @@ std::shared_ptr<const NeededVoxels> activeVoxels(const std::string& path, const 
         const GridFrame other = frameOf(path, *grid);
         double difference = glm::length(other.origin_world - frame.origin_world);
         for (int a = 0; a < 3; ++a)
-            difference = std::max(difference, glm::length(other.world_from_index[a] - frame.world_from_index[a]));
+            difference = std::max(difference, glm::length(other.worldFromIndex()[a] - frame.worldFromIndex()[a]));
         if (difference > 1e-6 * std::cbrt(frame.voxelVolume()))
             refuse(path, fmt::format("grids {} and {} have different transforms; a light volume has one",
                                      known.all.front()->getName(), grid->getName()));

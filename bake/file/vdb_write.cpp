@@ -11,7 +11,6 @@
 #include <cstring>
 #include <map>
 
-#include "bake/field/scene_grid.h"
 #include "bake/file/active_leaves.h"
 #include "bake/file/checked_file.h"
 #include "bake/file/vdb.h"
@@ -127,7 +126,7 @@ openvdb::GridBase::Ptr scalarGrid(const LightField& field, const std::vector<Act
 
 // Row vectors in OpenVDB: a row for the image of each axis, and one for the origin.
 openvdb::math::Transform::Ptr gridTransform(const GridFrame& frame) {
-    const auto& m = frame.world_from_index;
+    const auto& m = frame.worldFromIndex();
     const auto& o = frame.origin_world;
     return openvdb::math::Transform::createLinearTransform(openvdb::math::Mat4d(
         m[0].x, m[0].y, m[0].z, 0.0, m[1].x, m[1].y, m[1].z, 0.0, m[2].x, m[2].y, m[2].z, 0.0, o.x, o.y, o.z, 1.0));

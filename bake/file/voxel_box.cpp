@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "bake/field/needed_voxels.h"
 #include "bake/field/resample.h"
-#include "bake/field/scene_grid.h"
 #include "runtime/format/light_volume_format.h"
 
 namespace photic {

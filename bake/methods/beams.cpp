@@ -5,13 +5,13 @@
 #include <chrono>
 #include <cmath>
 
+#include "bake/deposit/ernst_deposit.h"
+#include "bake/deposit/voxelise.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/ernst_deposit.h"
 #include "bake/tubes/launch.h"
-#include "bake/tubes/voxelise.h"
 
 namespace photic {
 namespace {
@@ -36,12 +36,11 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
                    "directions on the sun's disc when it is sampled"),
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
                    "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
-        bindOption("interpolation", &BeamsOptions::interpolation,
-                   {{"constant", BeamsInterpolation::Constant},
-                    {"linear", BeamsInterpolation::Linear},
-                    {"ernst", BeamsInterpolation::Ernst}},
-                   "density inside a tube: constant or linear (both exact in energy; linear is second order and "
-                   "dearer), or Ernst's interpolated areas at voxel centres (the paper's preset)"),
+        bindOption(
+            "interpolation", &BeamsOptions::interpolation,
+            {{"constant", BeamsInterpolation::Constant}, {"ernst", BeamsInterpolation::Ernst}},
+            "density inside a tube: constant, exact in energy, or Ernst's interpolated areas at voxel centres (the "
+            "paper's preset)"),
     };
     return bindings;
 }
@@ -50,17 +49,11 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
 class BeamsBake {
 public:
     BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, Monitor& monitor)
-        : scene_(scene),
-          options_(options),
-          frame_(frame),
-          objects_(scene),
-          meshes_(scene, CastAgainst::MeshSurfaces),
-          monitor_(monitor) {
-        launch_.mesh = options.mesh;
+        : scene_(scene), options_(options), frame_(frame), optics_(scene, frame), monitor_(monitor) {
+        launch_.cells = options.mesh;
         launch_.spacing = options.spacing;
         launch_.refine.tolerance = scene.bake.tolerance;
         launch_.refine.silhouette = options.silhouette;
-        launch_.refine.ends_matter = !objects_.planesOnly();
         voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
         voxelise_.quadrature = scene.bake.quadrature;
         // A millionth of full light is far below what a half float of that light can hold.
@@ -75,7 +68,7 @@ public:
                 addDirection(light, direction, 1.0 / static_cast<double>(directions.size()), field);
             return;
         }
-        for (const Surface& surface : scene_.surfaces) addSurface(surface, light, light.direction, 1, field);
+        addDirection(light, light.direction, 1, field);
         measureDeposit(field);
         const auto start = Clock::now();
         blurLayers(field, discKernels(scene_.surfaces.front(), light, frame_), BeyondNeeded::Alike);
@@ -114,54 +107,49 @@ private:
     }
 
     void addDirection(const Light& light, const glm::dvec3& direction, double share, LightField& field) {
-        for (const Surface& surface : scene_.surfaces) addSurface(surface, light, direction, share, field);
+        for (std::size_t i = 0; i < scene_.surfaces.size(); ++i) {
+            const Surface& surface = scene_.surfaces[i];
+            const Emission emission(scene_, static_cast<int>(i), light.irradiance * share, direction);
+            LaunchOptions launch = launch_;
+            launch.tubes = {field.channels().irradiance, true, false};
+            for (const Branch branch : branchesOf(surface)) {
+                const PathTracer tracer(optics_, emission, {{static_cast<int>(i), branch}});
+                const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) { lay(sets, field); };
+                Launch tubes(tracer, launch, sink, monitor_);
+                if (surface.height_field)
+                    tubes.heightField(launchDomain(scene_, surface, light, frame_), launched_);
+                else
+                    tubes.mesh(launched_);
+                launch.tubes.counts_emission = false;
+            }
+        }
     }
 
-    void addSurface(const Surface& surface, const Light& light, const glm::dvec3& direction, double share,
-                    LightField& field) {
-        bool first = true;
-        for (const Branch branch : {Branch::Refracted, Branch::Reflected}) {
-            if (branch == Branch::Refracted ? surface.event == SurfaceEvent::Reflect
-                                            : surface.event == SurfaceEvent::Refract)
+    static std::vector<Branch> branchesOf(const Surface& surface) {
+        if (surface.event == SurfaceEvent::Refract) return {Branch::Refracted};
+        if (surface.event == SurfaceEvent::Reflect) return {Branch::Reflected};
+        return {Branch::Refracted, Branch::Reflected};
+    }
+
+    void lay(const std::array<TubeSet, 6>& sets, LightField& field) {
+        const auto start = Clock::now();
+        for (const TubeSet& set : sets) {
+            if (options_.interpolation != BeamsInterpolation::Ernst) {
+                voxelise(set, field, voxelise_, totals_, monitor_);
                 continue;
-            const CornerTracer tracer(scene_, surface, direction, branch, frame_, objects_, meshes_);
-            TubeLight tube;
-            tube.irradiance = light.irradiance * share;
-            tube.direction = direction;
-            tube.channels = field.channels().irradiance;
-            tube.counts_emission = first;
-            if (options_.interpolation == BeamsInterpolation::Linear) tube.density = TubeDensity::Linear;
-            tube.ends_matter = launch_.refine.ends_matter;
-            tube.two_sided = surface.mesh != nullptr;
-            if (branch == Branch::Refracted)
-                tube.absorption = scene_.medium.absorption, tube.scattering = scene_.medium.scattering;
-            const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
-                const auto start = Clock::now();
-                for (const TubeSet& set : sets) {
-                    if (options_.interpolation != BeamsInterpolation::Ernst) {
-                        voxelise(set, field, voxelise_, totals_, monitor_);
-                        continue;
-                    }
-                    depositErnst(set, field, monitor_);
-                    // What the tubes carry, for the ledger: its imbalance is the interpolation's error in energy.
-                    LightField exact(field.neededPtr(), {field.channels().irradiance, false});
-                    voxelise(set, exact, voxelise_, totals_, monitor_);
-                }
-                deposit_seconds_ += secondsSince(start);
-            };
-            if (surface.height_field)
-                launchHeightField(tracer, launchDomain(scene_, surface, light, frame_), tube, frame_, launch_, sink,
-                                  launched_, monitor_);
-            else
-                launchMesh(tracer, tube, frame_, launch_, sink, launched_, monitor_);
-            first = false;
+            }
+            depositErnst(set, field, monitor_);
+            // What the tubes carry, for the ledger: its imbalance is the interpolation's error in energy.
+            LightField exact(field.neededPtr(), {field.channels().irradiance, false});
+            voxelise(set, exact, voxelise_, totals_, monitor_);
         }
+        deposit_seconds_ += secondsSince(start);
     }
 
     const Scene& scene_;
     const BeamsOptions& options_;
     GridFrame frame_;
-    RayCaster objects_, meshes_;
+    OpticalScene optics_;
     Monitor& monitor_;
     LaunchOptions launch_;
     VoxeliseOptions voxelise_;

@@ -16,7 +16,6 @@ enum class BeamsKernel { Edges, Scalar };
 /// How density varies inside a tube.
 enum class BeamsInterpolation {
     Constant,  ///< exact in energy
-    Linear,    ///< exact in energy, and second order where the map is smooth
     Ernst      ///< the paper's interpolated areas (Ernst et al. 2005, section 3.4), sampled at voxel centres
 };
 

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "bake/field/post_process.h"
+#include "bake/field/caustic_steps.h"
 #include "bake/methods/eikonal_front.h"
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
@@ -132,7 +132,7 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const EikonalFront front(scene, options, frame);
     std::optional<CausticMap> caustics;
     if (scene.bake.grids.irradiance && !mercier && !scene.index)
-        caustics.emplace(front, frame.world_from_index[0].x);
+        caustics.emplace(front, frame.worldFromIndex()[0].x);
     else
         report.skipped.emplace_back(scene.index ? "where several arrivals meet: rays bend on their way"
                                                 : "where several arrivals meet: irradiance is not asked for");

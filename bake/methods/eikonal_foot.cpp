@@ -40,7 +40,7 @@ public:
 
     /// Layers come from above, each z once.
     void add(int z, const glm::dvec3& corner, const FootPointLayer& layer) {
-        const double step_x = frame_.world_from_index[0].x, step_y = frame_.world_from_index[1].y;
+        const double step_x = frame_.worldFromIndex()[0].x, step_y = frame_.worldFromIndex()[1].y;
         const std::size_t plane = static_cast<std::size_t>(z & 7) * nx_ * ny_;
         const glm::dvec2 inner = glm::dvec2(corner) + double(kMargin) * glm::dvec2(step_x, step_y);
         if (caustics_) {
@@ -167,7 +167,7 @@ private:
 
     /// The mean along the ray through the voxel's layer, not the centre's.
     double transmittance(int channel, double distance, double fall) const {
-        const double half = 0.5 * frame_.world_from_index[2].z / std::max(-fall, 0.1);
+        const double half = 0.5 * frame_.worldFromIndex()[2].z / std::max(-fall, 0.1);
         const double start = std::max(0.0, distance - half);
         return meanTransmittance(scene_.medium.extinction()[channel], start, distance + half - start);
     }
@@ -198,8 +198,8 @@ void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const Caust
     if (highest < lowest) return;
     PointLayers points;
     points.origin = frame.worldFromIndex({frame.min.x - kMargin, frame.min.y - kMargin, frame.max.z});
-    points.step_x = frame.world_from_index[0].x, points.step_y = frame.world_from_index[1].y;
-    points.step_z = -frame.world_from_index[2];
+    points.step_x = frame.worldFromIndex()[0].x, points.step_y = frame.worldFromIndex()[1].y;
+    points.step_z = -frame.worldFromIndex()[2];
     points.count_x = frame.size().x + 2 * kMargin, points.count_y = frame.size().y + 2 * kMargin;
     points.count_z = frame.max.z - lowest + 1;
     LayerWriter writer(scene, front, caustics, beyond, fields);

@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "bake/optics/snell.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/launch_domain.h"
 
 namespace photic {
 namespace {
@@ -72,7 +72,7 @@ Rectangle reachOf(const Scene& scene, const Surface& surface, const Light& light
         // A ray bends by |grad n| / n a metre. At the sides nothing comes in, and differences spread that inwards by
         // some cells, as the root of the way.
         const glm::dvec2 bend = 0.5 * depth / scene.index->least() * glm::dvec2(scene.index->steepest());
-        const double h = frame.world_from_index[0].x;
+        const double h = frame.worldFromIndex()[0].x;
         const glm::dvec2 aside = glm::min(bend, glm::dvec2(1)) * depth + (6 + 2 * std::sqrt(depth / h)) * h;
         r.low -= aside, r.high += aside;
     }
@@ -117,7 +117,7 @@ EikonalFront::EikonalFront(const Scene& scene, const EikonalOptions& options, co
       infinite_(options.preset == EikonalPreset::Mercier),
       reach_(reachOf(scene, *surface_, *light_, frame, infinite_)),
       slowness_(infinite_ ? 1.0 : surface_->ior_below) {
-    const double h = frame.world_from_index[0].x;
+    const double h = frame.worldFromIndex()[0].x;
     Rectangle reach = reach_;
     if (index_) reach.low -= 8 * h, reach.high += 8 * h;  // feet of the seeds at the sides
     const glm::dvec2 extent = reach.high - reach.low;

@@ -35,7 +35,7 @@ EikonalGrid::Box EikonalGrid::boxOf(const NeededVoxels& needed, const EikonalFro
 
 EikonalGrid::EikonalGrid(const NeededVoxels& needed, const EikonalFront& front, const std::string& file)
     : frame(needed.frame()),
-      spacing(frame.world_from_index[0].x),
+      spacing(frame.worldFromIndex()[0].x),
       start(boxOf(needed, front).start),
       size(boxOf(needed, front).size),
       low(start.x & ~7, start.y & ~7, start.z & ~7),
@@ -43,7 +43,7 @@ EikonalGrid::EikonalGrid(const NeededVoxels& needed, const EikonalFront& front, 
       blocks(BlockGrid::blocksFor(shift + size)),
       fixed(blocks),
       arrival(blocks.cellCount(), kUnreached) {
-    const auto& m = frame.world_from_index;
+    const auto& m = frame.worldFromIndex();
     const double off = std::max(std::fabs(m[1].y - spacing), std::fabs(m[2].z - spacing));
     if (!frame.axisAligned() || off > 1e-9 * spacing)
         throw Error(

@@ -220,7 +220,7 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
             const double share = shares.empty() ? 1.0 : double(shares[g.flat(cell)]);
             const double path = std::max(0.0, (level - g.centre(cell).z) / std::max(-w.z, 0.1));
             // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
-            const double half = 0.5 * needed.frame().world_from_index[2].z / std::max(-w.z, 0.1);
+            const double half = 0.5 * needed.frame().worldFromIndex()[2].z / std::max(-w.z, 0.1);
             const double start = std::max(0.0, path - half), length = path + half - start;
             double mean = 0;
             for (int k = 0; k < channels; ++k) {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bake/methods/photons.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/scene/scene.h"
-#include "bake/tubes/launch_domain.h"
 
 namespace photic {
 

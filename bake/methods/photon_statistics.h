@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "bake/deposit/track_deposit.h"
 #include "bake/field/leaf_arena.h"
-#include "bake/tubes/track_deposit.h"
 
 namespace photic {
 

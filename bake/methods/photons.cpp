@@ -8,15 +8,12 @@
 #include <cmath>
 #include <mutex>
 
+#include "bake/deposit/track_deposit.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/photon_launch.h"
 #include "bake/methods/photon_statistics.h"
-#include "bake/optics/beer_lambert.h"
+#include "bake/paths/optical_scene.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/ray_casting.h"
-#include "bake/tubes/specular_event.h"
-#include "bake/tubes/track_deposit.h"
-#include "bake/tubes/track_end.h"
 
 namespace photic {
 namespace {
@@ -27,8 +24,6 @@ constexpr unsigned kTiles = 64;  // of the launched patch, a side: a tile's trac
 double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
-double mean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
 
 constexpr double PowerLedger::*kTerms[] = {
     &PowerLedger::emitted,   &PowerLedger::reflected,        &PowerLedger::absorbed_medium,
@@ -47,91 +42,69 @@ struct Tally {
     }
 };
 
-/// Follows photons from their surface to their end. Shared by all threads.
+/// Follows photons from their surface to their end, by the steps of the one tracer. Shared by all threads.
 class PhotonTracer {
 public:
-    PhotonTracer(const Scene& scene, const GridFrame& frame)
-        : objects_(scene),
-          meshes_(scene, CastAgainst::MeshSurfaces),
-          track_end_(frame),
-          extinction_(scene.medium.extinction()),
-          absorption_(scene.medium.absorption),
-          scattering_(scene.medium.scattering) {}
+    PhotonTracer(const Scene& scene, const GridFrame& frame) : scene_(scene), optics_(scene, frame) {}
 
     /// @param power  of the photon, per channel [W], before anything blocks it
     template <class Real>
     void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power,
                 TrackAccumulator<Real>& field, Tally& tally) const {
-        // Behind another part of a specular mesh: that part has launched this light.
-        if (!meshes_.empty() && meshes_.firstHit(start.position, -start.direction)) return;
-        tally.power.emitted += mean(power);
-        if (!objects_.empty() && objects_.firstHit(start.position, -start.direction)) {
-            tally.power.absorbed_surface += mean(power);
+        const PathOutcome arrival = optics_.arrival(start.position, start.direction);
+        if (arrival == PathOutcome::Hidden) return;
+        tally.power.emitted += channelMean(power);
+        if (arrival == PathOutcome::Blocked) {
+            tally.power.absorbed_surface += channelMean(power);
             return;
         }
         const SpecularEvent event = specularEvent(surface, start.direction, start.normal, start.face);
-        tally.power.reflected += event.untraced * mean(power);
-        tally.power.dropped += event.dropped * mean(power);
-        for (int b = 0; b < event.count; ++b)
-            followBranch(start.position, event.branches[static_cast<std::size_t>(b)], power, field, tally);
+        tally.power.reflected += event.untraced * channelMean(power);
+        tally.power.dropped += event.dropped * channelMean(power);
+        const MediumSides& sides = optics_.sides(static_cast<int>(&surface - scene_.surfaces.data()));
+        for (int b = 0; b < event.count; ++b) {
+            const SpecularBranch& branch = event.branches[static_cast<std::size_t>(b)];
+            followBranch(start.position, branch, optics_.medium(branch.below ? sides.inside : sides.outside), power,
+                         field, tally);
+        }
     }
 
 private:
     template <class Real>
-    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const glm::dvec3& arriving,
-                      TrackAccumulator<Real>& field, Tally& tally) const {
+    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const OpticalMedium& medium,
+                      const glm::dvec3& arriving, TrackAccumulator<Real>& field, Tally& tally) const {
         Track track;
         track.origin = origin, track.direction = branch.direction, track.power = branch.fraction * arriving;
-        if (branch.below) track.extinction = extinction_;
+        track.extinction = medium.extinction();
 
         double inside_from = 0, inside_to = 0;
         const bool inside = field.clip(origin, branch.direction, inside_from, inside_to);
         // Where the power ends: in the box's side, on an object, or on a second specular surface.
-        RayHit hit;
         double power_end = inside_to;
         double PowerLedger::*end = &PowerLedger::escaped;
         track.begin = inside_from, track.end = inside_to;
-        if (inside && !objects_.empty()) {
-            hit = objects_.firstHit(origin, branch.direction);
-            if (hit) track.end = std::min(track.end, track_end_(origin, branch.direction, hit));
-            if (hit.distance <= power_end) power_end = hit.distance, end = &PowerLedger::received;
-        }
-        if (inside && !meshes_.empty()) {
-            const RayHit again = meshes_.firstHit(origin, branch.direction, power_end);
-            if (again) track.end = power_end = again.distance, end = &PowerLedger::dropped;
+        if (inside) {
+            const OpticalScene::LegEnd leg = optics_.legEnd(origin, branch.direction);
+            track.end = std::min(track.end, leg.deposit_end);
+            if (leg.hit.distance <= power_end) {
+                power_end = leg.hit.distance;
+                end = leg.hit.target.kind == Target::Kind::Surface ? &PowerLedger::dropped : &PowerLedger::received;
+            }
         }
 
         DepositedTrack deposited;
         if (inside && track.begin < track.end) deposited = field.deposit(track);
         if (!deposited.touched) {
-            tally.power.culled += mean(track.power);
+            tally.power.culled += channelMean(track.power);
             return;
         }
         ++tally.deposited;
         tally.path += deposited.path;
-        attenuate(track, power_end, end, tally.power);
+        countLeg(medium, track.power, power_end, end, tally.power);
     }
 
-    /// Shares the track's power out between the medium and what is at its end.
-    void attenuate(const Track& track, double length, double PowerLedger::*end, PowerLedger& ledger) const {
-        if (track.extinction == glm::dvec3(0)) {
-            ledger.*end += mean(track.power);
-            return;
-        }
-        for (int c = 0; c < 3; ++c) {
-            const double depth = track.extinction[c] * length, power = track.power[c] / 3;
-            const double lost = power * depth * meanTransmittance(depth);
-            if (lost > 0) {
-                ledger.absorbed_medium += lost * absorption_[c] / extinction_[c];
-                ledger.scattered += lost * scattering_[c] / extinction_[c];
-            }
-            ledger.*end += power - lost;
-        }
-    }
-
-    RayCaster objects_, meshes_;
-    TrackEnd track_end_;
-    glm::dvec3 extinction_, absorption_, scattering_;
+    const Scene& scene_;
+    OpticalScene optics_;
 };
 
 /// One light on one surface and its share of the paths.
@@ -147,7 +120,7 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
     for (const Surface& surface : scene.surfaces)
         for (const Light& light : scene.lights) {
             PhotonLaunch launch(scene, surface, light, frame);
-            if (launch.empty() || mean(light.irradiance) <= 0) {
+            if (launch.empty() || channelMean(light.irradiance) <= 0) {
                 report.skipped.push_back(
                     fmt::format("light '{}' on surface '{}': none of it can reach the grid", light.name, surface.name));
                 continue;
@@ -157,11 +130,11 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
                     "light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
                     "launched",
                     light.name, surface.name));
-            total += launch.crossSection() * mean(light.irradiance);
+            total += launch.crossSection() * channelMean(light.irradiance);
             jobs.push_back({std::move(launch)});
         }
     for (Job& job : jobs) {
-        const double share = job.launch.crossSection() * mean(job.launch.light().irradiance) / total;
+        const double share = job.launch.crossSection() * channelMean(job.launch.light().irradiance) / total;
         job.paths_a_shift = static_cast<std::uint64_t>(
             std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
     }

@@ -73,8 +73,8 @@ std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light&
         0.5 * (slope(c * light.direction + s * across) - slope(c * light.direction - s * across));
     const glm::dvec2 along_y = 0.5 * (slope(c * light.direction + s * up) - slope(c * light.direction - s * up));
     const glm::dmat2 index_from_world =
-        glm::inverse(glm::dmat2(frame.world_from_index[0].x, frame.world_from_index[0].y, frame.world_from_index[1].x,
-                                frame.world_from_index[1].y));
+        glm::inverse(glm::dmat2(frame.worldFromIndex()[0].x, frame.worldFromIndex()[0].y, frame.worldFromIndex()[1].x,
+                                frame.worldFromIndex()[1].y));
     const glm::dmat2 per_metre = index_from_world * glm::dmat2(along_x, along_y);
     return [=](int k) {
         const double depth = level - frame.worldFromIndex({0, 0, k}).z;

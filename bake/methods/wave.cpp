@@ -19,10 +19,10 @@
 #include "bake/methods/wave_index.h"
 #include "bake/numerics/wave_calibration.h"
 #include "bake/optics/snell.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/launch_domain.h"
 
 namespace photic {
 namespace {
@@ -105,7 +105,7 @@ public:
         const GridFrame& frame = needed_.frame();
         double coarsest = 0;
         for (int a = 0; a < 3; ++a)
-            coarsest = std::max(coarsest, std::fabs(frame.world_from_index[a][a]) / options_.cells);
+            coarsest = std::max(coarsest, std::fabs(frame.worldFromIndex()[a][a]) / options_.cells);
         run.wavelength = options_.wavelength > 0 ? options_.wavelength : options_.points * coarsest;
         run.points = run.wavelength / coarsest;
         checkResolution(run, coarsest);

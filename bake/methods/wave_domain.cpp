@@ -6,15 +6,14 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bake/field/floor_div.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/scene/index_volume.h"
-#include "bake/tubes/launch_domain.h"
 
 namespace photic {
 namespace {
 
 constexpr int kBlock = kWaveSide;
-
-int floorDiv(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
 /// Light and surface are the same after a step of the grid's width along an axis, and nothing ends them in between.
 bool repeats(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame, int axis,
@@ -69,7 +68,7 @@ WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& lig
     WaveCells cells;
     cells.frame = frame, cells.per_voxel = settings.cells_per_voxel;
     const int r = cells.per_voxel;
-    for (int a = 0; a < 3; ++a) cells.grid.spacing[a] = std::fabs(frame.world_from_index[a][a]) / r;
+    for (int a = 0; a < 3; ++a) cells.grid.spacing[a] = std::fabs(frame.worldFromIndex()[a][a]) / r;
     glm::ivec3 low = frame.min * r, high = (frame.max + 1) * r - 1;
     clipByPlanes(scene, cells, low, high);
     cells.asked_low = low, cells.asked_high = high;

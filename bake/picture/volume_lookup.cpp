@@ -13,7 +13,7 @@ VolumeLookup::VolumeLookup(const LightVolume& volume)
     : field_(volume.field),
       channels_(volume.field.channels()),
       has_direction_(volume.has_direction && volume.field.channels().flux),
-      index_from_world_(glm::inverse(volume.field.frame().world_from_index)),
+      index_from_world_(volume.field.frame().indexFromWorld()),
       origin_world_(volume.field.frame().origin_world) {}
 
 void VolumeLookup::add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const {

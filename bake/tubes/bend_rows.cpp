@@ -34,6 +34,23 @@ void BendRows::measure(const RayRow* rays, int rows, double floor_w) {
     }
 }
 
+bool BendRows::endsApart(const RayRow* rays, int rows, int first, int columns, double floor_w) {
+    const auto f = static_cast<std::size_t>(first);
+    const double cell = std::max(std::fabs(rays[0].u[f + 1] - rays[0].u[f]), std::fabs(rays[1].v[f] - rays[0].v[f]));
+    if (cell <= 1) return false;
+    for (int j = 0; j <= rows; ++j) {
+        const auto end = [&](const RayRow& r, std::size_t k) {
+            return r.dz[k] < 0 ? std::max(r.w_end[k], floor_w) : std::min(r.w_end[k], floor_w);
+        };
+        for (auto k = f; k <= f + static_cast<std::size_t>(columns); ++k) {
+            const double here = end(rays[j], k);
+            if (k > f && std::fabs(end(rays[j], k - 1) - here) > 1) return true;
+            if (j > 0 && std::fabs(end(rays[j - 1], k) - here) > 1) return true;
+        }
+    }
+    return false;
+}
+
 double BendRows::most(int first, int columns) const {
     double most = 0;
     for (int j = 0; j <= rows_; ++j)

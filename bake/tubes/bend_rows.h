@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "bake/tubes/row_trace.h"
+#include "bake/paths/row_trace.h"
 
 namespace photic {
 
@@ -23,6 +23,9 @@ public:
     }
     /// The largest of the edges of a block.
     double most(int first, int columns) const;
+    /// Whether neighbours in a block end more than a layer apart inside the grid, though their rays are more than a
+    /// voxel apart: on a slope or a wall.
+    static bool endsApart(const RayRow* rays, int rows, int first, int columns, double floor_w);
 
 private:
     std::size_t at(int i, int row) const { return static_cast<std::size_t>(row * stride_ + i); }

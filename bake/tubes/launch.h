@@ -3,10 +3,11 @@
 
 #include <array>
 #include <functional>
+#include <span>
 
+#include "bake/paths/launch_domain.h"
+#include "bake/paths/path_tracer.h"
 #include "bake/report/monitor.h"
-#include "bake/tubes/corner.h"
-#include "bake/tubes/launch_domain.h"
 #include "bake/tubes/refine.h"
 #include "bake/tubes/tube_builder.h"
 
@@ -14,30 +15,48 @@ namespace photic {
 
 /// How a surface is cut into tubes.
 struct LaunchOptions {
-    int mesh = 0;        ///< cells a side of the launched patch; 0: by `spacing`
+    int cells = 0;       ///< a side of the launched patch; 0: by `spacing`
     double spacing = 0;  ///< [voxels] of cells; 0: adaptive, by RefineOptions::tolerance
     RefineOptions refine;
+    TubeLaunch tubes;
 };
 
 /// What launching counted.
 struct LaunchTotals {
     PowerLedger power;
     std::int64_t tubes = 0, corner_rays = 0;
-    double seconds = 0;  ///< spent launching, without the sink
+    double seconds = 0;           ///< spent launching, without the sink
+    std::vector<TubeSeed> seeds;  ///< what longer histories go on with
 };
 
 /// Takes tubes, a batch at a time: sets are indexed by axis * 2 + (sense > 0).
 using TubeSink = std::function<void(const std::array<TubeSet, 6>&)>;
 
-/// Cuts the part of a height field that can send light into the grid into tubes.
-/// Batches follow one another over the patch; inside a batch rows are traced in parallel, with the same result for any
-/// number of threads. Memory: some 150 bytes a tube of a batch of at most a million.
-void launchHeightField(const CornerTracer& tracer, const LaunchDomain& domain, const TubeLight& light,
-                       const GridFrame& frame, const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals,
-                       Monitor& monitor);
+/// Cuts one history of one emission into tubes. Batches follow one another over the emission's domain; inside a batch
+/// parts are traced in parallel, with the same result for any number of threads.
+class Launch {
+public:
+    /// All must outlive the launch.
+    Launch(const PathTracer& tracer, const LaunchOptions& options, const TubeSink& sink, Monitor& monitor)
+        : tracer_(tracer), obstacles_(tracer), options_(options), sink_(sink), monitor_(monitor) {}
 
-/// Cuts a triangle mesh into tubes, triangle by triangle, subdividing where the map bends.
-void launchMesh(const CornerTracer& tracer, const TubeLight& light, const GridFrame& frame,
-                const LaunchOptions& options, const TubeSink& sink, LaunchTotals& totals, Monitor& monitor);
+    /// The part of a height field that can send light into the grid.
+    /// Memory: some 150 bytes a tube of a batch of at most a million.
+    void heightField(const LaunchDomain& domain, LaunchTotals& totals);
+    /// A triangle mesh, triangle by triangle, subdivided where the map bends.
+    void mesh(LaunchTotals& totals);
+    /// What a shorter history has left.
+    void seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals);
+
+private:
+    using Part = std::function<std::int64_t(std::int64_t, TubeBuilder&)>;
+    void inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTotals& totals, const Part& part);
+
+    const PathTracer& tracer_;
+    Obstacles obstacles_;
+    const LaunchOptions& options_;
+    const TubeSink& sink_;
+    Monitor& monitor_;
+};
 
 }  // namespace photic

@@ -4,7 +4,8 @@
 #include <glm/vec3.hpp>
 #include <unordered_map>
 
-#include "bake/tubes/corner.h"
+#include "bake/paths/path_tracer.h"
+#include "bake/tubes/obstacles.h"
 #include "bake/tubes/tube_builder.h"
 
 namespace photic {
@@ -15,56 +16,73 @@ struct RefineOptions {
     double tolerance = 0.25;
     double max_edge = 0;        ///< [voxels] split longer edges, measured at the surface; 0: any length
     double silhouette = 0.125;  ///< [voxels] tubes that straddle a shadow's edge are split to this size
-    int max_depth = 10;         ///< halvings of one edge
-    bool ends_matter = true;    ///< false where only planes end tubes: a tube over their corner needs no split
+    int max_depth = 24;         ///< halvings of one edge
 };
 
-/// Splits triangles of corner rays until each is a good tube, and hands them to a TubeBuilder.
+/// How well two neighbouring paths, and what is between them, are told by a tube. The questions that refinement asks;
+/// each depends on the paths that it is given and on nothing else.
+class PathComparison {
+public:
+    /// @param tracer  must outlive the object
+    explicit PathComparison(const PathTracer& tracer)
+        : frame_(tracer.optics().frame()), ends_matter_(!tracer.optics().caster().planesOnly()) {}
+
+    /// Whether two paths can share a tube as they are: same outcome, same end, same main axis.
+    bool canShareTube(const Path& a, const Path& b) const;
+    /// Second difference [voxels] of the landing points of three paths evenly spaced on the surface, where the middle
+    /// one ends; 0 where they have no common landing.
+    double bend(const Path& a, const Path& middle, const Path& b) const;
+    /// Whether their ends inside the grid are more than a layer apart, as on a slope or a wall.
+    bool endsApart(const Path& a, const Path& b) const;
+    /// A step in depth inside one object is a silhouette too.
+    bool stepsInDepth(const Path& a, const Path& middle, const Path& b) const;
+    /// Distance between where the last legs start [voxels].
+    double width(const Path& a, const Path& b) const;
+
+private:
+    glm::dvec3 landing(const Path& path) const;
+
+    const GridFrame& frame_;
+    bool ends_matter_;
+};
+
+/// Splits triangles of paths until each is a good tube, and hands them to a TubeBuilder.
 /// Whether an edge is split depends on that edge alone, so neighbours agree: there are no gaps and no overlaps.
 class Refiner {
 public:
-    Refiner(const CornerTracer& tracer, TubeBuilder& builder, const RefineOptions& options)
-        : tracer_(tracer), builder_(builder), options_(options) {}
+    /// @param tracer, obstacles, builder  must outlive the refiner
+    Refiner(const PathTracer& tracer, const Obstacles& obstacles, TubeBuilder& builder, const RefineOptions& options)
+        : tracer_(tracer), obstacles_(obstacles), builder_(builder), options_(options), compare_(tracer) {}
 
     /// @param face  geometric normal of the mesh triangle; unused for height fields
-    void add(const Corner& a, const Corner& b, const Corner& c, const glm::dvec3& face) { add(a, b, c, face, 0); }
+    void add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) { add(a, b, c, face, 0); }
 
-    /// Whether two corners can share a tube as they are: same fate, same end, same main axis.
-    bool alike(const Corner& a, const Corner& b) const;
-
-    /// Decides an edge before add() comes to it, by what its neighbours on a lattice show; its middle is traced only to
-    /// split it.
-    void decide(const Corner& a, const Corner& b, const glm::dvec3& face, bool split);
-
-    /// Second difference [voxels] of the landing points of three rays evenly spaced on the surface, where the middle
-    /// one ends; 0 where they have no common landing.
-    double bend(const Corner& a, const Corner& middle, const Corner& b) const;
+    /// Tells the bend of an edge before add() comes to it, from what its neighbours on a lattice show; its middle is
+    /// traced only to split it.
+    void knowBend(const Path& a, const Path& b, const glm::dvec3& face, double bend);
 
     std::int64_t traced() const { return traced_; }
 
 private:
-    struct Middle {
-        Corner corner;
+    struct Edge {
+        Path middle;
         bool split = false;
     };
     struct ParamHash {
-        std::size_t operator()(const SurfaceParam& p) const;
-    };
-    struct ParamEqual {
-        bool operator()(const SurfaceParam& p, const SurfaceParam& q) const {
-            return p.position == q.position && p.normal == q.normal;
-        }
+        std::size_t operator()(const EmissionParam& p) const;
     };
 
-    void add(const Corner& a, const Corner& b, const Corner& c, const glm::dvec3& face, int depth);
-    const Middle& middleOf(const Corner& a, const Corner& b, const glm::dvec3& face);
-    bool mustSplit(const Corner& a, const Corner& b, const Corner& m) const;
-    bool stepsInDepth(const Corner& a, const Corner& b, const Corner& m) const;
+    void add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth);
+    void divide(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth);
+    const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
+    bool mustSplit(const Path& a, const Path& b, const Path& m) const;
 
-    const CornerTracer& tracer_;
+    const PathTracer& tracer_;
+    const Obstacles& obstacles_;
     TubeBuilder& builder_;
     RefineOptions options_;
-    std::unordered_map<SurfaceParam, Middle, ParamHash, ParamEqual> middles_;
+    PathComparison compare_;
+    std::unordered_map<EmissionParam, Edge, ParamHash> edges_;  // by the middle's parameter
     std::int64_t traced_ = 0;
 };
 

@@ -19,13 +19,13 @@ constexpr std::size_t kVoxels = VolumeData::kVoxels;
 
 VoxelTransform transformOf(const GridFrame& frame) {
     VoxelTransform out;
-    const glm::dmat3 inverse = glm::inverse(frame.world_from_index);
+    const glm::dmat3& inverse = frame.indexFromWorld();
     for (std::size_t row = 0; row < 3; ++row) {
         const auto r = static_cast<int>(row);
         out.origin_world[row] = frame.origin_world[r];
         for (std::size_t column = 0; column < 3; ++column) {
             const auto c = static_cast<int>(column);
-            out.world_from_index[3 * row + column] = frame.world_from_index[c][r];  // GLM counts columns first
+            out.worldFromIndex()[3 * row + column] = frame.worldFromIndex()[c][r];  // GLM counts columns first
             out.index_from_world[3 * row + column] = inverse[c][r];
         }
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/scene/load_toml.h"
 
 namespace photic::benchmark {

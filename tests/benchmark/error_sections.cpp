@@ -81,22 +81,20 @@ void volumeErrors(const Effort& effort, Findings& findings) {
         findings.points.push_back({series, series + ", " + label, t.seconds, e.rmse});
         ladder.work.push_back(work), ladder.seconds.push_back(t.seconds), ladder.errors.push_back(e.rmse);
     };
-    Ladder beams, adaptive, linear, planes, quasi, random;
+    Ladder beams, adaptive, planes, quasi, random;
     for (const std::int64_t cells :
          effort.quick ? std::vector<std::int64_t>{16, 32} : std::vector<std::int64_t>{128, 192, 256, 384, 512, 768}) {
         run("beams", fmt::format("mesh {}", cells), text, "beams", mesh(cells), static_cast<double>(cells * cells),
             beams);
     }
     run("beams", "adaptive", text, "beams", {}, 0, adaptive);
-    // One plane a layer bounds the others: what density gains shows with four.
+    // One plane a layer bounds the others.
     truth::pool3::SceneText fine = text;
     fine.bake = "quadrature = 4\n";
     for (const std::int64_t cells :
          effort.quick ? std::vector<std::int64_t>{16} : std::vector<std::int64_t>{128, 256, 512}) {
         run("beams, 4 planes", fmt::format("mesh {}", cells), fine, "beams", mesh(cells),
             static_cast<double>(cells * cells), planes);
-        run("beams, 4 planes, linear", fmt::format("mesh {}", cells), fine, "beams",
-            mesh(cells) | option("interpolation", std::string("linear")), static_cast<double>(cells * cells), linear);
     }
     const auto counts = effort.quick ? std::vector<double>{1e3, 1e4} : std::vector<double>{1e5, 1e6, 1e7};
     for (const double count : counts) {

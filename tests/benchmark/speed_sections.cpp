@@ -8,9 +8,9 @@
 
 #include "bake/field/scene_grid.h"
 #include "bake/file/vdb.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/launch_domain.h"
 #include "tests/benchmark/sections.h"
 
 namespace photic::benchmark {

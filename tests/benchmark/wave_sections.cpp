@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/methods/wave.h"
 #include "bake/scene/load_toml.h"
 #include "tests/benchmark/sections.h"

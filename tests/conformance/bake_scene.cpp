@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/scene/load_toml.h"
 
 namespace photic {

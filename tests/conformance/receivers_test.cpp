@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bake/field/post_process.h"
+#include "bake/field/prefilter.h"
 #include "bake/picture/receiver_picture.h"
 #include "tests/conformance/bake_scene.h"
 

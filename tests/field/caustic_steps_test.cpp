@@ -4,18 +4,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "bake/field/post_process.h"
+#include "bake/field/caustic_steps.h"
 #include "bake/report/error.h"
 
 namespace photic {
 namespace {
 
-GridFrame cube(int n) {
-    GridFrame frame;
-    frame.min = glm::ivec3(0), frame.max = glm::ivec3(n - 1);
-    frame.world_from_index = glm::dmat3(0.1);
-    return frame;
-}
+GridFrame cube(int n) { return {glm::dmat3(0.1), glm::dvec3(0), glm::ivec3(0), glm::ivec3(n - 1)}; }
 
 LightField filled(int n, float (*value)(const glm::ivec3&)) {
     LightField field(std::make_shared<const NeededVoxels>(NeededVoxels::everything(cube(n))), {1, false});

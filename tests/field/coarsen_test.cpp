@@ -32,8 +32,7 @@ LightField fieldOf(const GridFrame& frame, Light light, int floor_index) {
 
 GridFrame box(int n) {
     GridFrame frame;
-    frame.world_from_index = glm::dmat3(1.0 / n);
-    frame.world_from_index[2] = glm::dvec3(0.3, 0, 1.0) / double(n);  // leaning: the map must not matter
+    frame.setWorldFromIndex(glm::dmat3(1, 0, 0, 0, 1, 0, 0.3, 0, 1) / double(n));  // leaning: the map must not matter
     frame.origin_world = {0.25 / n, 0.5 / n, -0.5 / n};
     frame.min = glm::ivec3(-n / 2 - 3, -n / 2, -n / 2), frame.max = glm::ivec3(n / 2 + 1, n / 2 - 1, n / 2 - 1);
     return frame;

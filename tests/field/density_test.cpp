@@ -26,7 +26,7 @@ private:
 
 GridFrame frameOf(double voxel_size) {
     GridFrame frame;
-    frame.world_from_index = glm::dmat3(voxel_size);
+    frame.setWorldFromIndex(glm::dmat3(voxel_size));
     frame.origin_world = glm::dvec3(voxel_size / 2);
     frame.min = glm::ivec3(std::lround(-1 / voxel_size));
     frame.max = glm::ivec3(std::lround(1 / voxel_size) - 1);
@@ -107,7 +107,7 @@ TEST(MediumDensity, AMeshFillsTheColumnsThatItCoversOnTheSideAwayFromItsNormal) 
 
 TEST(MediumDensity, ColumnsLeanWithAShearedGrid) {
     GridFrame frame = frameOf(0.0625);
-    frame.world_from_index[2] = {0.02, -0.01, 0.0625};
+    frame.setWorldFromIndex({0.0625, 0, 0, 0, 0.0625, 0, 0.02, -0.01, 0.0625});
     const LightField heights = densityOf(sceneWith(std::make_shared<Slope>(0), nullptr), frame);
     const LightField mesh = densityOf(sceneWith(nullptr, slopeMesh(20, true)), frame);
     double difference = 0;

@@ -31,13 +31,11 @@ LightField fluxField(const GridFrame& frame, const Flux& flux) {
 }
 
 GridFrame leaningFrame(double h) {
-    GridFrame frame;
-    frame.world_from_index =
-        glm::dmat3(glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(0.3 * h, -0.2 * h, 0.8 * h));
-    frame.origin_world = {0.1, 0.2, 0.05};
     const int n = static_cast<int>(std::lround(1 / h));
-    frame.min = glm::ivec3(-n), frame.max = glm::ivec3(n - 1);
-    return frame;
+    return {{glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(0.3 * h, -0.2 * h, 0.8 * h)},
+            {0.1, 0.2, 0.05},
+            glm::ivec3(-n),
+            glm::ivec3(n - 1)};
 }
 
 TEST(NetFlux, VanishesForEvenLightAndTellsALossFromIt) {

@@ -8,7 +8,7 @@
 #include <atomic>
 
 #include "bake/field/leaf_arena.h"
-#include "bake/field/scene_grid.h"
+#include "bake/field/needed_voxels.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "bake/field/prefilter.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {

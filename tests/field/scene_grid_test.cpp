@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 
 #include <gtest/gtest.h>
 
@@ -86,9 +87,9 @@ TEST(SceneFrame, ShearedGridCoversTheDomainAndLeansWithTheRefractedLight) {
     const glm::dvec3 d = scene.lights[0].direction;
     const glm::dvec2 horizontal = glm::dvec2(d) / 1.333;
     const glm::dvec2 shear = horizontal / -std::sqrt(1 - glm::dot(horizontal, horizontal));
-    EXPECT_NEAR(frame.world_from_index[2].x, shear.x / 16, 1e-12);
-    EXPECT_NEAR(frame.world_from_index[2].y, shear.y / 16, 1e-12);
-    EXPECT_EQ(frame.world_from_index[2].z, 1.0 / 16);
+    EXPECT_NEAR(frame.worldFromIndex()[2].x, shear.x / 16, 1e-12);
+    EXPECT_NEAR(frame.worldFromIndex()[2].y, shear.y / 16, 1e-12);
+    EXPECT_EQ(frame.worldFromIndex()[2].z, 1.0 / 16);
     EXPECT_FALSE(frame.axisAligned());
     EXPECT_NEAR(frame.voxelVolume(), 1.0 / 64 / 64 / 16, 1e-15);
 
@@ -107,7 +108,7 @@ TEST(SceneFrame, ShearedGridCoversTheDomainAndLeansWithTheRefractedLight) {
 
     // A mirror sends it the other way up.
     scene.surfaces[0].event = SurfaceEvent::Reflect;
-    EXPECT_NEAR(sceneFrame(scene).world_from_index[2].x * 16, d.x / -d.z, 1e-12);
+    EXPECT_NEAR(sceneFrame(scene).worldFromIndex()[2].x * 16, d.x / -d.z, 1e-12);
 }
 
 TEST(SceneFrame, BadGridsAreRefusedWithARemedyThatWorks) {
@@ -184,7 +185,7 @@ TEST(SceneNeededVoxels, TiltedPlanesOnShearedGridsAgreeWithBruteForce) {
         scene.objects = {plane(point, n)};
         const auto needed = sceneNeededVoxels(scene, frame, monitor);
         std::int64_t count = 0;
-        const glm::dvec3 m = glm::transpose(frame.world_from_index) * n;
+        const glm::dvec3 m = frame.indexNormal(n);
         for (int x = frame.min.x; x <= frame.max.x; ++x)
             for (int y = frame.min.y; y <= frame.max.y; ++y)
                 for (int z = frame.min.z; z <= frame.max.z; ++z) {

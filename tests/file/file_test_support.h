@@ -40,18 +40,13 @@ inline void writeBytes(const std::string& path, const std::string& bytes) {
 }
 
 inline GridFrame straightFrame(const glm::ivec3& min, const glm::ivec3& max, double h) {
-    GridFrame frame;
-    frame.world_from_index = glm::dmat3(h);
-    frame.origin_world = glm::dvec3(0.5 * h);
-    frame.min = min, frame.max = max;
-    return frame;
+    return {glm::dmat3(h), glm::dvec3(0.5 * h), min, max};
 }
 
 inline GridFrame leaningFrame(const glm::ivec3& min, const glm::ivec3& max, double h) {
-    GridFrame frame = straightFrame(min, max, h);
-    frame.world_from_index[2] = glm::dvec3(0.4, -0.25, 1.0) * (2 * h);
-    frame.origin_world = frame.world_from_index * glm::dvec3(0.5);
-    return frame;
+    glm::dmat3 world_from_index(h);
+    world_from_index[2] = glm::dvec3(0.4, -0.25, 1.0) * (2 * h);
+    return {world_from_index, world_from_index * glm::dvec3(0.5), min, max};
 }
 
 /// Light at a point [W/m2]: smooth, dark below z = 0 where `dark_below`.

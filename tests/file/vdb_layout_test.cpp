@@ -70,7 +70,7 @@ TEST(VdbLayout, CubicGridsHaveTheSimplestTransform) {
     EXPECT_EQ(openAll(folder / "a.vdb").at("irradiance")->transform().mapType(),
               openvdb::math::UniformScaleTranslateMap::mapType());
     GridFrame flat = straightFrame(glm::ivec3(0), glm::ivec3(7), 0.25);
-    flat.world_from_index[2].z = 0.5;
+    flat.setWorldFromIndex({0.25, 0, 0, 0, 0.25, 0, 0, 0, 0.5});
     writeVdb(folder / "b.vdb", testVolume(flat, false), {});
     EXPECT_EQ(openAll(folder / "b.vdb").at("irradiance")->transform().mapType(),
               openvdb::math::ScaleTranslateMap::mapType());

@@ -38,7 +38,7 @@ void expectSameLight(const LightVolume& a, const LightVolume& b, double toleranc
     ASSERT_EQ(a.field.channels().irradiance, b.field.channels().irradiance);
     EXPECT_LT(glm::length(f.origin_world - b.field.frame().origin_world), 1e-12);
     for (int axis = 0; axis < 3; ++axis)
-        EXPECT_LT(glm::length(f.world_from_index[axis] - b.field.frame().world_from_index[axis]), 1e-12);
+        EXPECT_LT(glm::length(f.worldFromIndex()[axis] - b.field.frame().worldFromIndex()[axis]), 1e-12);
     double irradiance = 0, direction = 0;
     for (int x = f.min.x; x <= f.max.x; ++x)
         for (int y = f.min.y; y <= f.max.y; ++y)

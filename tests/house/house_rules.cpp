@@ -81,14 +81,17 @@ const Arrows& arrows() {
         {"viewer", {"runtime", "vdb", "headless", "picture", "scene", "field", "image"}},
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},                // what a game links: nothing of the baker
+        {"simd", {}},
         {"optics", {}},
         {"image", {}},
-        {"scene", {"image"}},
-        {"field", {"scene", "optics"}},  // optics: a sheared grid leans along the refracted light
-        {"numerics", {}},
-        {"tubes", {"optics", "scene", "field"}},
+        {"scene", {"image", "simd"}},
+        {"field", {"scene", "optics", "simd"}},  // optics: a sheared grid leans along the refracted light
+        {"numerics", {"simd"}},
+        {"paths", {"optics", "scene", "field", "simd"}},
+        {"tubes", {"paths", "optics", "scene", "field", "simd"}},
+        {"deposit", {"tubes", "optics", "field", "simd"}},
         {"file", {"image", "field", "format"}},
-        {"methods", {"scene", "tubes", "numerics", "field", "optics"}},
+        {"methods", {"scene", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics"}},  // optics: eye rays refract at the water too
         {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
     };
@@ -130,8 +133,8 @@ std::vector<Breach> backArrows(const fs::path& root) {
 
 std::vector<Breach> linksAgainstArrows(const fs::path& root) {
     static const std::regex rooms(R"(\bROOMS\s+([a-z0-9_\s]+))"), linked(R"(\bphotic_([a-z0-9_]+))");
-    static const std::set<std::string> not_rooms = {"room",    "test",   "build_flags", "openvdb",
-                                                    "nanovdb", "embree", "glm"};
+    static const std::set<std::string> not_rooms = {"room",    "test",    "build_flags", "kernels",
+                                                    "openvdb", "nanovdb", "embree",      "glm"};
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {
         const std::string name = file.generic_string(), from = roomOf(name);

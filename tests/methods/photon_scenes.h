@@ -29,11 +29,7 @@ private:
 };
 
 inline GridFrame boxFrame(const glm::dvec3& low, const glm::ivec3& size, const glm::dvec3& voxel) {
-    GridFrame frame;
-    frame.world_from_index = glm::dmat3(voxel.x, 0, 0, 0, voxel.y, 0, 0, 0, voxel.z);
-    frame.origin_world = low + 0.5 * voxel;
-    frame.min = glm::ivec3(0), frame.max = size - 1;
-    return frame;
+    return {glm::dmat3(voxel.x, 0, 0, 0, voxel.y, 0, 0, 0, voxel.z), low + 0.5 * voxel, glm::ivec3(0), size - 1};
 }
 
 /// Water z = 0 or a wave about it, one sun of 1 W/m2 at `zenith` [rad] towards +x and a little +y.

@@ -260,7 +260,7 @@ TEST(Photons, ShearedGridHoldsTheSameLight) {
     const GridFrame aligned = boxFrame({-1, -1, -0.8}, {40, 40, 16}, glm::dvec3(0.05));
     GridFrame sheared = aligned;
     const glm::dvec2 run = glm::dvec2(scene.lights[0].direction) / 1.333 / -plane(0.6).cosBelow();
-    sheared.world_from_index[2] = {run.x * 0.05, run.y * 0.05, 0.05};
+    sheared.setWorldFromIndex(0.05 * glm::dmat3(1, 0, 0, 0, 1, 0, run.x, run.y, 1));
     sheared.origin_world += glm::dvec3(-0.8 * run, 0);
     const BakeResult a = bake(scene, everything(aligned), 100000), s = bake(scene, everything(sheared), 100000);
     EXPECT_NEAR(a.report.path.deposited, s.report.path.deposited, 1e-7 * a.report.path.deposited);

@@ -12,6 +12,7 @@
 
 #include "bake/field/grid_laws.h"
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"

@@ -40,7 +40,7 @@ TEST(VolumeLookup, ReproducesALinearField) { expectLinear(cubicFrame(0.25, {-9, 
 
 TEST(VolumeLookup, ReproducesALinearFieldOnAShearedGrid) {
     GridFrame frame = cubicFrame(0.25, {-4, -4, -4}, {11, 11, 11});
-    frame.world_from_index[2] = {0.1, -0.07, 0.5};
+    frame.setWorldFromIndex({0.25, 0, 0, 0, 0.25, 0, 0.1, -0.07, 0.5});
     expectLinear(frame);
 }
 

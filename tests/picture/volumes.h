@@ -14,12 +14,7 @@ namespace photic::test {
 using VoxelValues = std::function<std::vector<double>(const glm::ivec3& voxel)>;
 
 inline GridFrame cubicFrame(double voxel_size, const glm::ivec3& min, const glm::ivec3& max) {
-    GridFrame frame;
-    frame.world_from_index = glm::dmat3(voxel_size);
-    frame.origin_world = glm::dvec3(voxel_size / 2);
-    frame.min = min;
-    frame.max = max;
-    return frame;
+    return {glm::dmat3(voxel_size), glm::dvec3(voxel_size / 2), min, max};
 }
 
 /// A volume whose needed voxels are all of `frame`, or those that `needs` accepts.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/methods/catalogue.h"
 #include "bake/scene/load_toml.h"
 #include "photic/runtime_vdb.h"

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
 #include "bake/file/vdb.h"
 #include "bake/methods/catalogue.h"
 #include "bake/scene/load_toml.h"

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happens to a tile's sums once all edges are in: the running sum along u, and the copy into leaves. Once per
+// instruction set, as edge_kernel_impl.h.
+#pragma once
+
+#include "bake/deposit/edge_kernel.h"
+#include "bake/simd/lanes.h"
+
+namespace photic::PHOTIC_ISA {
+
+inline void runningSums(TileSums& tile) {
+    const int stride = tile.cellStride();
+    for (int row = 0; row < tile.rows; ++row) {
+        float* cell = tile.sums + static_cast<std::ptrdiff_t>(row) * tile.rowStride();
+        // Four lanes is the narrowest slab, so strides are multiples of 4; chunks of 16 keep the sums in registers.
+        int k = 0;
+        for (; k + 16 <= stride; k += 16) {
+            F16 sum = {};
+            for (int column = 0; column < tile.columns; ++column) {
+                float* p = cell + column * stride + k;
+                sum = sum + load<F16>(p);
+                store(p, sum);
+            }
+        }
+        for (; k < stride; k += 4) {
+            F4 sum = {};
+            for (int column = 0; column < tile.columns; ++column) {
+                float* p = cell + column * stride + k;
+                sum = sum + load<F4>(p);
+                store(p, sum);
+            }
+        }
+    }
+}
+
+struct V8Flux {
+    F8 x, y, z;
+};
+
+// What shortens flux to `irradiance` where it is longer, 1 elsewhere.
+inline F8 fluxBound(const V8Flux& f, F8 irradiance) {
+    const F8 length2 = f.x * f.x + f.y * f.y + f.z * f.z;
+    F8 scale;
+    for (int l = 0; l < 8; ++l) {
+        const float length = __builtin_sqrtf(length2[l]);
+        scale[l] = length > irradiance[l] ? irradiance[l] / length : 1.0f;
+    }
+    return scale;
+}
+
+inline bool copyLeaf(const TileSums& tile, int u, int v, int first_lane, int irradiance_channels, float scale,
+                     float floor, float* out) {
+    alignas(32) std::int32_t index[8];
+    // Layers of the leaf that the tile does not hold stay 0.
+    F8 held = {};
+    const int stride = tile.cellStride();
+    for (int l = 0; l < 8; ++l) {
+        const int lane = first_lane + l < 0                   ? 0
+                         : first_lane + l < tile.active_lanes ? first_lane + l
+                                                              : tile.active_lanes - 1;
+        held[l] = lane == first_lane + l ? 1.0f : 0.0f;
+        index[l] =
+            (v - tile.v0 - tile.shift_v[lane]) * tile.rowStride() + (u - tile.u0 - tile.shift_u[lane]) * stride + lane;
+    }
+    F8 any = {};
+    for (int x = 0; x < 8; ++x) {
+        for (int y = 0; y < 8; ++y) {
+            const float* column = tile.sums + static_cast<std::ptrdiff_t>(y) * tile.rowStride() + x * stride;
+            F8 keep{}, value[6];
+            for (int k = 0; k < tile.channels; ++k) {
+                value[k] = gather<F8>(column + k * tile.lanes, index) * (scale * held);
+                if (k < irradiance_channels) keep = keep + value[k];
+            }
+            const auto lit = keep > floor;
+            if (tile.channels > irradiance_channels) {
+                // Rounding must not make flux longer than the mean irradiance.
+                const V8Flux flux{value[irradiance_channels], value[irradiance_channels + 1],
+                                  value[irradiance_channels + 2]};
+                const F8 shorten = fluxBound(flux, keep * (1.0f / static_cast<float>(irradiance_channels)));
+                for (int k = irradiance_channels; k < tile.channels; ++k) value[k] = value[k] * shorten;
+            }
+            for (int k = 0; k < tile.channels; ++k) {
+                const F8 kept = lit ? value[k] : F8{};
+                store(out + k * 512 + (x << 6) + (y << 3), kept);
+            }
+            any = most(any, lit ? keep : F8{});
+        }
+    }
+    return mostLane(any) > 0.0f;
+}
+
+}  // namespace photic::PHOTIC_ISA

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "bake/deposit/edge_kernel.h"
+#include "bake/field/light_field.h"
+#include "bake/report/monitor.h"
+#include "bake/tubes/tube_set.h"
+
+namespace photic {
+
+/// Which kernel sums the deposits.
+enum class DepositKernel {
+    Edges,  ///< signed edge coverage over 4 to 16 layers at a time
+    Scalar  ///< each tube clipped against each voxel: the reference, several times slower
+};
+
+struct VoxeliseOptions {
+    DepositKernel kernel = DepositKernel::Edges;
+    InstructionSet instruction_set = bestInstructionSet();
+    int quadrature = 1;      ///< Gauss points across a layer: 1, 2 or 4
+    double noise_floor = 0;  ///< [W/m2] irradiance below this is rounding of the sums and becomes 0
+};
+
+/// What voxelising counted, in W m (mean of the channels).
+struct DepositTotals {
+    double expected = 0;          ///< integral of power along the tubes inside needed voxels
+    std::int64_t degenerate = 0;  ///< tube layers that were clipped one by one
+    std::int64_t constant_leaves = 0;
+};
+
+/// Adds the light of `tubes` to `field`, exactly in power: in each layer of voxels the tubes are cut by the layer's
+/// middle plane (or Gauss points), the triangle between the three corner rays is intersected with the voxels, and each
+/// voxel gets power x transmittance x path length x its share / volume. Ernst et al. 2005, made exact
+/// (docs/methods.md).
+///
+/// Only tiles of 64 x 64 columns that hold needed voxels are summed. Bitwise the same for any number of threads.
+/// Cost: about one pass over the mesh's edges per 16 layers, and one store per voxel.
+/// @throws Error{Cancelled}
+void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
+              Monitor& monitor);
+
+}  // namespace photic

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/paths/launch_domain.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "bake/optics/snell.h"
+
+namespace photic {
+namespace {
+
+constexpr double kMaxRun = 50;         // horizontal run per unit of height beyond which light is as good as horizontal
+constexpr int kMaxSamples = 128;       // a side, of the surface
+constexpr double kSlopeMargin = 0.12;  // samples an eighth of a wavelength apart miss 7.6 % of the steepest slope
+
+struct Range {
+    double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+    bool empty() const { return low > high; }
+    void add(double x) { low = std::min(low, x), high = std::max(high, x); }
+    double at(double f) const { return low + f * (high - low); }
+};
+
+struct Slopes {
+    Range x, y;
+};
+
+Slopes slopesOf(const Surface& surface) {
+    Slopes slopes;
+    const HeightField& field = *surface.height_field;
+    if (surface.outside != Outside::None || !std::isfinite(field.featureSize())) slopes.x.add(0), slopes.y.add(0);
+    if (std::isfinite(field.featureSize())) {
+        const glm::dvec2 size = surface.size * 1.02;  // a little over the rim, where a map fades out
+        const auto samples = [&](double length) {
+            return std::clamp(static_cast<int>(length / (field.featureSize() * 0.97)) + 1, 24, kMaxSamples);
+        };
+        const int nx = samples(size.x), ny = samples(size.y);
+        SurfaceRow row;
+        for (int j = 0; j < ny; ++j) {
+            const glm::dvec2 start =
+                glm::dvec2(surface.center) + size * glm::dvec2(0.5 / nx - 0.5, (j + 0.5) / ny - 0.5);
+            field.row(start, size.x / nx, static_cast<std::size_t>(nx), row);
+            for (std::size_t i = 0; i < row.nz.size(); ++i) {
+                const double n_z = std::max(row.nz[i], 1e-300);
+                slopes.x.add(std::clamp(-row.nx[i] / n_z, -kMaxRun, kMaxRun));
+                slopes.y.add(std::clamp(-row.ny[i] / n_z, -kMaxRun, kMaxRun));
+            }
+        }
+    }
+    for (Range* r : {&slopes.x, &slopes.y}) {
+        const double margin = kSlopeMargin * std::max(std::fabs(r->low), std::fabs(r->high));
+        r->low -= margin, r->high += margin;
+    }
+    return slopes;
+}
+
+/// Directions of a sun: its centre and its rim.
+std::vector<glm::dvec3> sunDirections(const Light& light) {
+    std::vector<glm::dvec3> directions{light.direction};
+    const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180 * 1.1;
+    if (radius == 0) return directions;
+    const glm::dvec3 across = glm::normalize(
+        glm::cross(light.direction, std::fabs(light.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 up = glm::cross(across, light.direction);
+    for (int k = 0; k < 8; ++k) {
+        const double phi = k * std::numbers::pi / 4;
+        directions.push_back(std::cos(radius) * light.direction +
+                             std::sin(radius) * (std::cos(phi) * across + std::sin(phi) * up));
+    }
+    return directions;
+}
+
+/// Horizontal run per unit of height in the direction of travel.
+struct Runs {
+    Range x, y;
+    bool complete = true;
+    void add(const glm::dvec3& direction, bool upwards) {
+        const double rise = upwards ? direction.z : -direction.z;
+        if (rise <= 0) return;
+        const glm::dvec2 run(direction.x / rise, direction.y / rise);
+        complete = complete && std::fabs(run.x) <= kMaxRun && std::fabs(run.y) <= kMaxRun;
+        x.add(std::clamp(run.x, -kMaxRun, kMaxRun)), y.add(std::clamp(run.y, -kMaxRun, kMaxRun));
+    }
+};
+
+Runs runsOf(const Surface& surface, const Light& light, const Slopes& slopes, bool upwards) {
+    constexpr int kSteps = 8;
+    Runs runs;
+    for (const glm::dvec3& direction : sunDirections(light))
+        for (int i = 0; i <= kSteps; ++i)
+            for (int j = 0; j <= kSteps; ++j) {
+                const glm::dvec3 normal =
+                    glm::normalize(glm::dvec3(-slopes.x.at(double(i) / kSteps), -slopes.y.at(double(j) / kSteps), 1));
+                if (glm::dot(direction, normal) >= 0) continue;
+                const Interface event = interfaceAt(direction, normal, surface.ior_above, surface.ior_below);
+                runs.add(upwards ? event.reflected : event.refracted, upwards);
+            }
+    return runs;
+}
+
+/// Adds the horizontal places at heights [z_low, z_high] from which light with these runs gets into the box. Light
+/// travels down; callers turn the world over for light that goes up.
+///
+/// x = X - drop * run is linear in each of box point, height and run, so its extremes lie on the corners of the box, or
+/// where its edges pass the lowest and highest heights.
+void addReach(const std::array<glm::dvec3, 8>& corners, double z_low, double z_high, const Runs& runs, Range& x,
+              Range& y) {
+    for (unsigned a = 0; a < 8; ++a)
+        for (unsigned axis = 0; axis < 3; ++axis) {
+            if (a & (1u << axis)) continue;
+            const glm::dvec3 from = corners[a], to = corners[a | (1u << axis)];
+            std::array<double, 4> stops{0, 1, 0, 1};
+            if (to.z != from.z)
+                stops[2] = std::clamp((z_low - from.z) / (to.z - from.z), 0.0, 1.0),
+                stops[3] = std::clamp((z_high - from.z) / (to.z - from.z), 0.0, 1.0);
+            for (const double s : stops) {
+                const glm::dvec3 p = from + s * (to - from);
+                const double highest_drop = z_high - p.z;
+                if (highest_drop < -1e-12 * (1 + std::fabs(z_high))) continue;
+                for (const double drop : {std::max(0.0, z_low - p.z), std::max(0.0, highest_drop)}) {
+                    x.add(p.x - drop * runs.x.low), x.add(p.x - drop * runs.x.high);
+                    y.add(p.y - drop * runs.y.low), y.add(p.y - drop * runs.y.high);
+                }
+            }
+        }
+}
+
+}  // namespace
+
+LaunchDomain launchDomain(const Scene&, const Surface& surface, const Light& light, const GridFrame& frame) {
+    LaunchDomain domain;
+    if (!surface.height_field || frame.size().x <= 0) return domain;
+    const HeightField& field = *surface.height_field;
+    const Slopes slopes = slopesOf(surface);
+
+    Range x, y;
+    for (const bool upwards : {false, true}) {
+        if (surface.event == (upwards ? SurfaceEvent::Refract : SurfaceEvent::Reflect)) continue;
+        const Runs runs = runsOf(surface, light, slopes, upwards);
+        if (runs.x.empty()) continue;
+        domain.complete = domain.complete && runs.complete;
+        std::array<glm::dvec3, 8> corners;
+        for (unsigned c = 0; c < 8; ++c) {
+            glm::dvec3 index;
+            for (int a = 0; a < 3; ++a) index[a] = c >> a & 1 ? frame.max[a] + 0.5 : frame.min[a] - 0.5;
+            corners[c] = frame.worldFromIndex(index);
+            if (upwards) corners[c].z = -corners[c].z;
+        }
+        addReach(corners, upwards ? -field.maxZ() : field.minZ(), upwards ? -field.minZ() : field.maxZ(), runs, x, y);
+    }
+    if (x.empty()) return domain;
+
+    const double margin = field.maxDisplacement() + 1e-9 * std::max(x.high - x.low, y.high - y.low);
+    domain.min = {x.low - margin, y.low - margin}, domain.max = {x.high + margin, y.high + margin};
+    if (surface.outside == Outside::None) {
+        domain.min = glm::max(domain.min, glm::dvec2(surface.center) - 0.5 * surface.size);
+        domain.max = glm::min(domain.max, glm::dvec2(surface.center) + 0.5 * surface.size);
+    }
+    return domain;
+}
+
+std::string specularRefusal(const Scene& scene) {
+    if (scene.lights.empty()) return "the scene has no [[light]]";
+    if (scene.surfaces.empty()) return "the scene has no [[surface]] that could focus light";
+    if (scene.index) return "light bends on its way through an [[index]]; use eikonal or wave, or remove it";
+    for (const Light& light : scene.lights)
+        if (light.position)
+            return fmt::format("the light '{}' is a point, and only suns are built here; use eikonal", light.name);
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
+        for (std::size_t j = i + 1; j < scene.surfaces.size(); ++j) {
+            const Surface &a = scene.surfaces[i], &b = scene.surfaces[j];
+            if (!a.height_field || !b.height_field) continue;
+            const auto apart = [&](int axis) {
+                return a.outside == Outside::None && b.outside == Outside::None &&
+                       std::fabs(a.center[axis] - b.center[axis]) >= 0.5 * (a.size[axis] + b.size[axis]);
+            };
+            if (!apart(0) && !apart(1))
+                return fmt::format(
+                    "height fields '{}' and '{}' overlap, and light is refracted once a path for now; bake them as two "
+                    "scenes, "
+                    "or keep them apart with outside = \"none\"",
+                    a.name, b.name);
+        }
+    return {};
+}
+
+}  // namespace photic

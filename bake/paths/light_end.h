@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bake/field/grid_frame.h"
+#include "bake/paths/ray_casting.h"
+
+namespace photic {
+
+/// Layers of voxels beyond the one in which a receiver is hit that light goes on to fill. Without them a trilinear
+/// look-up on the receiver would mix in darkness from behind it: half of the light is lost there.
+inline constexpr double kOvershootVoxels = 2;
+
+/// No leg goes on further than this past a hit, in voxels along its own main axis: light that grazes a wall would
+/// otherwise run behind it for ever.
+inline constexpr double kMaxOvershootVoxels = 16;
+
+/// Through a part of the receiver that is thinner than this along the leg [voxels], light goes on as far as this: a
+/// sheet is looked up as well as a solid. What is thicker ends the light where the leg leaves it, so that nothing
+/// shines through the flank of a ball.
+inline constexpr double kThinVoxels = 2;
+
+/// Where deposits end in a grid. The power ledger counts what arrives at the hit itself; the deposit goes on behind
+/// receivers, which are looked up, and stops at blockers.
+class LightEnd {
+public:
+    /// @param caster, scene  must outlive the object
+    LightEnd(const Scene& scene, const GridFrame& frame, const RayCaster& caster)
+        : scene_(scene), frame_(frame), caster_(caster) {}
+
+    /// Distance [m] along a leg at which its deposit ends.
+    ///
+    /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole
+    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object, and
+    /// through the far side of the same one only where that is close.
+    /// @param direction  unit, world
+    /// @return infinity without a hit
+    double distance(const glm::dvec3& origin, const glm::dvec3& direction, const RayHit& hit) const;
+
+private:
+    const Scene& scene_;
+    GridFrame frame_;
+    const RayCaster& caster_;
+};
+
+}  // namespace photic

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <memory>
+
+#include "bake/scene/scene.h"
+
+namespace photic {
+
+/// Something that a ray can meet: an object, which stops light, or a specular surface, which sends it on.
+struct Target {
+    enum class Kind : std::uint8_t { Nothing, Object, Surface };
+    Kind kind = Kind::Nothing;
+    int index = -1;  ///< in Scene::objects or Scene::surfaces
+    bool operator==(const Target&) const = default;
+};
+
+struct RayHit {
+    double distance = std::numeric_limits<double>::infinity();  ///< [m] along the unit direction
+    Target target;
+    std::uint32_t triangle = 0;  ///< of the target's mesh; 0 for a plane
+    glm::dvec2 barycentric{0};   ///< weights of the triangle's second and third corner
+    glm::dvec3 normal{0};        ///< world, unit, of the flat face, against the ray
+    explicit operator bool() const { return target.kind != Target::Kind::Nothing; }
+};
+
+/// First hit of a ray with everything that stands in the scene: receivers and blockers (movables never), and specular
+/// meshes. Meshes go through Embree, planes are intersected in double; all are met from either side. Height fields are
+/// left out. Thread-safe.
+///
+/// Embree works in single precision on coordinates about the meshes' centre in units of their size, so neither a far
+/// origin nor a large or tiny mesh loses digits; the distance is then found again in double on the face that was hit.
+class RayCaster {
+public:
+    /// @throws Error{Failed} when Embree cannot hold the meshes; Error{Input} for a mesh with a position that is not
+    /// finite
+    explicit RayCaster(const Scene& scene);
+    ~RayCaster();
+    RayCaster(RayCaster&&) noexcept;
+
+    /// Nothing stands in the scene at all.
+    bool empty() const;
+    /// Only planes do: shadows have no silhouettes inside a convex set of planes.
+    bool planesOnly() const;
+
+    /// Hits closer than some 4e-6 of the meshes' size (planes: 1e-12 of the distance to the world's origin) are taken
+    /// for the face that the ray starts on, and ignored. A ray that is not finite hits nothing.
+    ///
+    /// @param origin        world [m]
+    /// @param direction     unit
+    /// @param max_distance  [m]; hits at or beyond it are ignored
+    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction,
+                    double max_distance = std::numeric_limits<double>::infinity()) const;
+
+    /// Half diagonal [m] and centre of all meshes' bounds; 0 without meshes.
+    double meshRadius() const;
+    glm::dvec3 meshCentre() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace photic

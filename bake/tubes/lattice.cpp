@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/tubes/lattice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "bake/report/error.h"
+
+namespace photic {
+namespace {
+
+// How much light bends over steps of `step` [m] at some scattered points of the surface: second differences [voxels].
+std::vector<double> probedBends(const PathTracer& tracer, const LaunchDomain& domain, double step) {
+    constexpr int kProbes = 256;
+    const PathComparison compare(tracer);
+    std::vector<double> bends;
+    for (int i = 0; i < kProbes; ++i) {
+        // Roberts' R2 sequence.
+        const glm::dvec2 x(std::fmod(0.5 + 0.7548776662466927 * i, 1.0), std::fmod(0.5 + 0.5698402909980532 * i, 1.0));
+        const glm::dvec2 uv = domain.min + x * (domain.max - domain.min);
+        const auto path = [&](double du, double dv) {
+            return tracer.trace({{uv.x + du, uv.y + dv, 0}, glm::dvec3(0)}, {0, 0, 1});
+        };
+        const Path middle = path(0, 0);
+        if (middle.outcome != PathOutcome::Lit) continue;
+        double most = 0;
+        for (const glm::dvec2 s : {glm::dvec2(step, 0), glm::dvec2(0, step), glm::dvec2(step, step)}) {
+            const Path a = path(-s.x, -s.y), b = path(s.x, s.y);
+            if (compare.canShareTube(a, b) && compare.canShareTube(a, middle))
+                most = std::max(most, compare.bend(a, middle, b));
+        }
+        bends.push_back(most);
+    }
+    return bends;
+}
+
+// Cells [voxels] that cost least. A ray of the lattice costs 1; where cells bend more than the tolerance a block of
+// them is looked at edge by edge, at the price of some ten rays a ray, and divided until none does. Bend grows with the
+// square of the cell.
+double cheapestSpacing(const std::vector<double>& bends, double tolerance) {
+    constexpr double kLeast = 1.0 / 16, kMost = 32, kDear = 10;
+    // A block has 64 cells, and bends as its worst.
+    constexpr double kWorstOfBlock = 2;
+    double best = kMost, least = std::numeric_limits<double>::infinity();
+    for (double cell = kMost; cell >= kLeast; cell /= std::sqrt(std::sqrt(2.0))) {
+        double refined = 0;
+        for (const double bend : bends) {
+            const double excess = kWorstOfBlock * bend * cell * cell / tolerance;
+            if (excess > 1) refined += excess;
+        }
+        const double cost =
+            (1 + kDear * refined / static_cast<double>(std::max<std::size_t>(bends.size(), 1))) / (cell * cell);
+        if (cost < least) best = cell, least = cost;
+    }
+    return best;
+}
+
+glm::dvec2 wantedCells(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options) {
+    const HeightField& surface = *tracer.surface().height_field;
+    const GridFrame& frame = tracer.optics().frame();
+    const glm::dvec2 extent = domain.max - domain.min;
+    const double voxel = std::min(glm::length(frame.worldFromIndex()[0]), glm::length(frame.worldFromIndex()[1]));
+    if (options.cells > 0) return glm::dvec2(options.cells);
+    if (options.spacing > 0) return extent / (options.spacing * voxel);
+    if (!std::isfinite(surface.featureSize())) return glm::dvec2(1);
+    // Bends are probed over steps that the surface is smooth over.
+    const double step = std::min(voxel, 0.5 * surface.featureSize()), in_voxels = step / voxel;
+    std::vector<double> bends = probedBends(tracer, domain, step);
+    for (double& bend : bends) bend /= in_voxels * in_voxels;
+    return extent / std::min(cheapestSpacing(bends, options.refine.tolerance) * voxel, surface.featureSize());
+}
+
+}  // namespace
+
+Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options) {
+    const glm::dvec2 extent = domain.max - domain.min, cells = wantedCells(tracer, domain, options);
+    // Far beyond any useful mesh: a surface that towers over the domain, or a spacing of nothing.
+    constexpr double kMostCells = 1e10;
+    if (!(cells.x * cells.y <= kMostCells))
+        throw Error(ErrorCode::Input,
+                    fmt::format("surface '{}' would be cut into {:.3g} x {:.3g} cells, {:.3g} m x {:.3g} m of it can "
+                                "light the domain; more than {:.0e} in all are refused: use a lower surface "
+                                "(amplitude, height, scale), a larger spacing or larger voxels",
+                                tracer.surface().name, cells.x, cells.y, extent.x, extent.y, kMostCells));
+    Lattice lattice;
+    lattice.origin = domain.min;
+    lattice.columns = static_cast<int>(std::clamp(std::ceil(cells.x - 1e-9), 1.0, 1e6));
+    lattice.rows = static_cast<int>(std::clamp(std::ceil(cells.y - 1e-9), 1.0, 1e6));
+    lattice.step = extent / glm::dvec2(lattice.columns, lattice.rows);
+    return lattice;
+}
+
+}  // namespace photic

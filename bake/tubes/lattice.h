@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <glm/vec2.hpp>
+
+#include "bake/paths/launch_domain.h"
+#include "bake/paths/path_tracer.h"
+#include "bake/tubes/launch.h"
+
+namespace photic {
+
+/// A regular mesh over the part of a height field that light is launched through.
+struct Lattice {
+    glm::dvec2 origin{0}, step{0};
+    int columns = 1, rows = 1;  ///< cells
+    EmissionParam param(int i, int j) const {
+        return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)};
+    }
+};
+
+/// The lattice that the options ask for; where they leave it open, the one that costs least, refinement included.
+/// @throws Error{Input} for more than 1e10 cells
+Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options);
+
+}  // namespace photic

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/tubes/obstacles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <span>
+
+namespace photic {
+namespace {
+
+// Ends this close to their receiver are the receiver [voxels].
+constexpr double kNear = 1.0;
+// Receivers of many triangles are searched for gaps between paths that are further apart than this [voxels].
+constexpr double kWide = 2.0;
+// Of the space's cross-section: what the receiver must show to count as whole.
+constexpr double kWhole = 0.98;
+
+double metresPerVoxel(const GridFrame& frame, const glm::dvec3& direction) {
+    const glm::dvec3 d = frame.indexDirection(direction);
+    return 1 / std::fabs(d[mainAxis(d)]);
+}
+
+}  // namespace
+
+Obstacles::Obstacles(const PathTracer& tracer) : optics_(tracer.optics()), tracer_(tracer) {
+    const auto isMesh = [&](const PathEvent& event) {
+        return optics_.scene().surfaces[static_cast<std::size_t>(event.surface)].mesh != nullptr;
+    };
+    enters_on_mesh_ = isMesh(tracer.history().front()), leaves_mesh_ = isMesh(tracer.history().back());
+}
+
+// A box that leans with the legs.
+ConvexRegion Obstacles::spaceAround(const std::vector<Leg>& legs) const {
+    ConvexRegion region;
+    std::vector<glm::dvec3> starts, ends, points;
+    glm::dvec3 along(0);
+    for (const Leg& leg : legs) {
+        starts.push_back(leg.start), ends.push_back(leg.end), along += leg.end - leg.start;
+        region.include(leg.start), region.include(leg.end);
+    }
+    points = starts;
+    points.insert(points.end(), ends.begin(), ends.end());
+    region.addSide(-along, starts);
+    const int axis = mainAxis(along);
+    for (int other = 0; other < 3; ++other) {
+        if (other == axis) continue;
+        glm::dvec3 e(0);
+        e[other] = 1;
+        region.addSide(glm::cross(along, e), points), region.addSide(-glm::cross(along, e), points);
+    }
+    return region;
+}
+
+// The kites around both ends of an edge, and the sides between them.
+ConvexRegion Obstacles::spaceBetween(const Leg& a, const Leg& b) const {
+    const glm::dvec3 along = (a.end - a.start) + (b.end - b.start);
+    const glm::dvec3 d = glm::length(along) > 0 ? glm::normalize(along) : glm::dvec3(0, 0, 1);
+    std::array<glm::dvec3, 8> points;
+    glm::dvec3 widest(0), widest_across(0);
+    for (int k = 0; k < 2; ++k) {
+        const glm::dvec3 p = k ? a.end : a.start, q = k ? b.end : b.start, edge = q - p, across = glm::cross(d, edge);
+        const glm::dvec3 middle = 0.5 * (p + q);
+        points[static_cast<std::size_t>(4 * k)] = p, points[static_cast<std::size_t>(4 * k + 1)] = middle + across;
+        points[static_cast<std::size_t>(4 * k + 2)] = q, points[static_cast<std::size_t>(4 * k + 3)] = middle - across;
+        if (glm::length(across) > glm::length(widest_across)) widest = edge, widest_across = across;
+    }
+    ConvexRegion region;
+    for (const glm::dvec3& p : points) region.include(p);
+    region.addSide(-d, std::span(points).first(4));
+    region.addSide(d, std::span(points).last(4));
+    for (const double s : {1.0, -1.0})
+        for (const double t : {1.0, -1.0}) region.addSide(s * glm::cross(0.5 * widest + t * widest_across, d), points);
+    return region;
+}
+
+Obstacles::Leg Obstacles::lastLeg(const Path& path, double shortened_voxels) const {
+    const GridFrame& frame = optics_.frame();
+    const double exit = frame.exitDistance(frame.indexFromWorld(path.position), frame.indexDirection(path.direction));
+    const double voxel = metresPerVoxel(frame, path.direction);
+    double end = std::min(path.hit_distance, std::max(0.0, exit));
+    if (path.end.kind != Target::Kind::Nothing) end = std::max(0.0, end - shortened_voxels * voxel);
+    // A mesh that light leaves bends away beside the path.
+    const double start = leaves_mesh_ ? std::min(kNear * voxel, end) : 0;
+    return {path.position + start * path.direction, path.position + end * path.direction};
+}
+
+// From where all that stands in the scene is passed.
+Obstacles::Leg Obstacles::legFromLight(const glm::dvec3& entry) const {
+    const glm::dvec3& direction = tracer_.emission().direction();
+    const TriangleTree& tree = optics_.tree();
+    const double reach =
+        glm::length(entry - 0.5 * (tree.low() + tree.high())) + 0.5 * glm::length(tree.high() - tree.low());
+    const double end = enters_on_mesh_ ? kNear * metresPerVoxel(optics_.frame(), direction) : 0;
+    return {entry - (reach + end) * direction, entry - end * direction};
+}
+
+// Whether what stands between `before` and `behind` [m] of the ends shows no gap.
+bool Obstacles::covered(const Leg& a, const Leg& b, double before, double behind) const {
+    const glm::dvec3 d = glm::normalize((a.end - a.start) + (b.end - b.start));
+    const ConvexRegion region =
+        spaceBetween({a.end - before * d, a.end + behind * d}, {b.end - before * d, b.end + behind * d});
+    const glm::dvec3 across = glm::cross(d, b.end - a.end);
+    return optics_.tree().shownArea(region, d) >= kWhole * glm::dot(across, across);
+}
+
+bool Obstacles::between(const Path& a, const Path& b, double width) const {
+    if (none() || a.outcome == PathOutcome::Dark) return false;
+    // The legs to the first surface were looked at when shorter histories were laid.
+    if (tracer_.history().size() == 1) {
+        const Leg to_a = legFromLight(a.entry), to_b = legFromLight(b.entry);
+        // A shadow is looked at for gaps, down to a voxel.
+        if (a.outcome != PathOutcome::Lit)
+            return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);
+        if (optics_.tree().reaches(spaceBetween(to_a, to_b))) return true;
+    }
+    if (optics_.tree().reaches(spaceBetween(lastLeg(a, kNear), lastLeg(b, kNear)))) return true;
+    if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
+    const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
+    return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);
+}
+
+// Whether all legs of a block end on one mesh, which nothing stands out of; sets the ends.
+bool Obstacles::endOnOneObject(RayRow* row, int first, int columns, int rows, const std::vector<Leg>& around) const {
+    std::vector<OpticalScene::LegEnd> ends;
+    std::vector<glm::dvec3> points;
+    glm::dvec3 d(0);
+    for (int j = 0; j <= rows; ++j)
+        for (int i = first; i <= first + columns; ++i) {
+            const RayRow& r = row[j];
+            const auto k = static_cast<std::size_t>(i);
+            const glm::dvec3 start(r.x[k], r.y[k], r.z[k]), direction(r.dx[k], r.dy[k], r.dz[k]);
+            ends.push_back(optics_.legEnd(start, direction));
+            const RayHit& hit = ends.back().hit;
+            if (hit.target.kind != Target::Kind::Object || hit.target != ends.front().hit.target) return false;
+            points.push_back(start + hit.distance * direction), d += direction;
+        }
+    if (!isFlatAndBare(points, columns, rows, glm::normalize(d), around)) return false;
+    std::size_t corner = 0;
+    for (int j = 0; j <= rows; ++j)
+        for (int i = first; i <= first + columns; ++i, ++corner) {
+            RayRow& r = row[j];
+            const auto k = static_cast<std::size_t>(i);
+            r.hit_distance[k] = ends[corner].hit.distance;
+            r.w_end[k] = r.w[k] + (r.dz[k] < 0 ? -1 : 1) * ends[corner].deposit_end / r.per_layer[k];
+        }
+    return true;
+}
+
+// Whether points on a lattice lie in one plane, to half a voxel, and nothing stands before it.
+bool Obstacles::isFlatAndBare(const std::vector<glm::dvec3>& points, int columns, int rows, const glm::dvec3& d,
+                              const std::vector<Leg>& around) const {
+    const auto at = [&](int i, int j) { return points[static_cast<std::size_t>(j * (columns + 1) + i)]; };
+    glm::dvec3 normal = glm::cross(at(columns, 0) - at(0, 0), at(0, rows) - at(0, 0));
+    if (!(glm::length(normal) > 0)) return false;
+    normal = glm::normalize(glm::dot(normal, d) < 0 ? -normal : normal);
+    if (glm::dot(normal, d) < 0.2) return false;
+    const double voxel = metresPerVoxel(optics_.frame(), d) * glm::dot(normal, d);
+    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+    for (const glm::dvec3& p : points)
+        nearest = std::min(nearest, glm::dot(normal, p)), farthest = std::max(farthest, glm::dot(normal, p));
+    if (farthest - nearest > 0.5 * kNear * voxel) return false;
+    ConvexRegion before = spaceAround(around);
+    before.addSide({normal, nearest - kNear * voxel});
+    return !optics_.tree().reaches(before);
+}
+
+Obstacles::Way Obstacles::ofBlock(RayRow* row, int first, int columns, int rows) const {
+    if (none()) return Way::Free;
+    const GridFrame& frame = optics_.frame();
+    const int lattice_end = static_cast<int>(row[0].u.size()) - 1;
+    std::vector<Leg> from_light, last;
+    for (int j = -1; j <= rows + 1; ++j)
+        for (int i = std::max(first - 1, 0); i <= std::min(first + columns + 1, lattice_end); ++i) {
+            const RayRow& r = row[j];
+            const auto k = static_cast<std::size_t>(i);
+            if (!(r.per_layer[k] > 0)) return Way::Unclear;
+            const glm::dvec3 p(r.x[k], r.y[k], r.z[k]), d(r.dx[k], r.dy[k], r.dz[k]);
+            const double exit_w = d.z < 0 ? frame.min.z - 0.5 : frame.max.z + 0.5;
+            const double exit = (exit_w - r.w[k]) * r.per_layer[k] * (d.z < 0 ? -1 : 1);
+            from_light.push_back(legFromLight(p));
+            last.push_back({p, p + std::min(r.hit_distance[k], std::max(0.0, exit)) * d});
+        }
+    if (optics_.tree().reaches(spaceAround(from_light))) return Way::Unclear;
+    if (!optics_.tree().reaches(spaceAround(last))) return Way::Free;
+    const RayRow& r = row[0];
+    const auto k = static_cast<std::size_t>(first);
+    const double cell = std::max(std::fabs(r.u[k + 1] - r.u[k]), std::fabs(row[1].v[k] - r.v[k]));
+    return cell <= kWide && endOnOneObject(row, first, columns, rows, last) ? Way::Covered : Way::Unclear;
+}
+
+}  // namespace photic

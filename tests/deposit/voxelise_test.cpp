@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/deposit/voxelise.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "bake/deposit/slabs.h"
+#include "bake/threads/parallel_for.h"
+#include "bake/tubes/tube_builder.h"
+
+namespace photic {
+namespace {
+
+std::shared_ptr<const NeededVoxels> box(glm::ivec3 min, glm::ivec3 max) {
+    GridFrame frame;
+    frame.min = min, frame.max = max;
+    return std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame));
+}
+
+// A rippled sheet of rays that starts above `top` and folds on its way through the box; cells of `cell` voxels.
+TubeSet foldedSheet(int axis, int sense, double cell, glm::dvec2 low, glm::dvec2 high, double start, int channels = 1) {
+    TubeSet set;
+    set.axis = axis, set.sense = sense, set.channels = channels;
+    const int columns = static_cast<int>((high.x - low.x) / cell), rows = static_cast<int>((high.y - low.y) / cell);
+    for (int j = 0; j < rows; j += 8)
+        for (int i = 0; i < columns; i += 8) {
+            const int nx = std::min(8, columns - i), ny = std::min(8, rows - j);
+            set.blocks.push_back({regularTopology(nx, ny), static_cast<std::uint32_t>(set.corners.size()),
+                                  static_cast<std::uint32_t>(set.tubes.size())});
+            for (int y = j; y <= j + ny; ++y)
+                for (int x = i; x <= i + nx; ++x) {
+                    const glm::dvec2 p = low + cell * glm::dvec2(x, y);
+                    CornerRay ray;
+                    ray.u = p.x, ray.v = p.y, ray.w = start + 0.7 * std::sin(0.31 * p.x) * std::cos(0.23 * p.y);
+                    ray.du_dw = 0.3 + 0.35 * std::sin(0.21 * p.x + 0.4), ray.dv_dw = -0.2 + 0.3 * std::cos(0.17 * p.y);
+                    ray.w_end = sense * 1e30;
+                    set.corners.push_back(ray);
+                }
+            for (int t = 0; t < 2 * nx * ny; ++t) {
+                TubeConstants tube{};
+                for (int k = 0; k < 3; ++k)
+                    tube.power[k] =
+                        static_cast<float>((1 + 0.3 * k) * (1 + 0.01 * ((t + 7 * i + 3 * j) % 13)) * cell * cell / 2);
+                tube.length = 1.2f;
+                tube.travel[0] = 0.3f, tube.travel[1] = -0.2f, tube.travel[2] = static_cast<float>(sense);
+                set.tubes.push_back(tube);
+            }
+        }
+    set.slope_power = 1, set.slope_u_power = 0.3, set.slope_v_power = -0.2;
+    return set;
+}
+
+double largestDifference(const LightField& a, const LightField& b) {
+    double worst = 0;
+    const GridFrame& frame = a.frame();
+    for (int x = frame.min.x; x <= frame.max.x; ++x)
+        for (int y = frame.min.y; y <= frame.max.y; ++y)
+            for (int z = frame.min.z; z <= frame.max.z; ++z)
+                for (int k = 0; k < a.channels().count(); ++k)
+                    worst =
+                        std::max(worst, static_cast<double>(std::fabs(a.value({x, y, z}, k) - b.value({x, y, z}, k))));
+    return worst;
+}
+
+LightField voxelised(const TubeSet& set, const std::shared_ptr<const NeededVoxels>& needed,
+                     const VoxeliseOptions& options, DepositTotals& totals, FieldChannels channels = {1, true}) {
+    LightField field(needed, channels);
+    Monitor monitor;
+    voxelise(set, field, options, totals, monitor);
+    return field;
+}
+
+class VoxeliseKernels : public ::testing::TestWithParam<InstructionSet> {};
+
+TEST_P(VoxeliseKernels, AgreeWithTheScalarOneOnAFoldedSheet) {
+    const auto needed = box({-20, -9, -30}, {50, 60, 25});
+    for (const int channels : {1, 3}) {
+        for (const double cell : {0.4, 1.1, 9.0}) {
+            const TubeSet set = foldedSheet(2, -1, cell, {-60, -50}, {90, 100}, 22.3, channels);
+            VoxeliseOptions options;
+            options.noise_floor = 3e-6;
+            DepositTotals totals, scalar_totals;
+            options.kernel = DepositKernel::Scalar;
+            const LightField expected = voxelised(set, needed, options, scalar_totals, {channels, true});
+            options.kernel = DepositKernel::Edges;
+            options.instruction_set = GetParam();
+            const LightField field = voxelised(set, needed, options, totals, {channels, true});
+            double brightest = 0, sum = 0, apart = 0;
+            for (int slot = 0; slot < expected.leafCount(); ++slot)
+                for (int v = 0; v < LightField::kLeafVoxels && expected.state(slot) == LeafState::Dense; ++v) {
+                    const double here = expected.dense(slot)[v];
+                    brightest = std::max(brightest, here), sum += here;
+                    apart += std::fabs(here - (field.state(slot) == LeafState::Dense ? field.dense(slot)[v] : 0));
+                }
+            // Corners are known to some 4e-6 voxels, and tubes are summed until they are 1e-3 of their length wide: one
+            // voxel at a fold may differ by that much of the brightest, all together far less.
+            EXPECT_LT(largestDifference(field, expected), 2e-3 * brightest) << channels << " channels, cell " << cell;
+            EXPECT_LT(apart / sum, 1e-5) << channels << " channels, cell " << cell;
+            EXPECT_NEAR(field.sum(0) / expected.sum(0), 1, 1e-6);
+            if (channels == 1) {
+                // Slivers everywhere and dark voxels between them: what rounding leaves there below 0 is cut off, and
+                // that adds up.
+                EXPECT_NEAR(totals.expected / field.sum(0), 1, 2e-6) << "cell " << cell;
+            }
+        }
+    }
+}
+
+// A sheet of one tube a block, cut at some random cross-sections, each of which slants through several layers.
+TubeSet cutSheet(const TubeSet& whole, int cuts, std::mt19937& random) {
+    TubeSet set = whole;
+    set.blocks.clear(), set.corners.clear();
+    for (const TubeBlock& block : whole.blocks) {
+        const auto vertices = static_cast<std::size_t>(block.topology->vertex_count);
+        std::vector<std::vector<double>> at(vertices);
+        for (std::size_t v = 0; v < vertices; ++v) {
+            for (int i = 0; i < cuts; ++i) at[v].push_back(std::uniform_real_distribution<>(-15, 15)(random));
+            std::sort(at[v].begin(), at[v].end(), std::greater<>());  // along the light, which goes down
+        }
+        for (int i = 0; i <= cuts; ++i) {
+            TubeBlock part = block;
+            part.first_corner = static_cast<std::uint32_t>(set.corners.size());
+            for (std::size_t v = 0; v < vertices; ++v) {
+                CornerRay ray = whole.corners[block.first_corner + v];
+                const double start = i > 0 ? at[v][static_cast<std::size_t>(i - 1)] : ray.w;
+                ray.u += ray.du_dw * (start - ray.w), ray.v += ray.dv_dw * (start - ray.w), ray.w = start;
+                if (i < cuts) ray.w_end = at[v][static_cast<std::size_t>(i)];
+                set.corners.push_back(ray);
+            }
+            set.blocks.push_back(part);
+        }
+    }
+    return set;
+}
+
+TEST_P(VoxeliseKernels, TubesThatAreCutDepositWhatWholeOnesDo) {
+    const auto needed = box({-20, -9, -30}, {50, 60, 25});
+    TubeSet whole = foldedSheet(2, -1, 2.3, {-60, -50}, {90, 100}, 22.3);
+    for (std::size_t i = 0; i < whole.corners.size(); ++i)
+        whole.corners[i].w_end = -22.4 - 0.01 * static_cast<double>(i % 7);
+    std::mt19937 random(5);
+    for (const DepositKernel kernel : {DepositKernel::Scalar, DepositKernel::Edges})
+        for (const int cuts : {1, 2, 7}) {
+            VoxeliseOptions options;
+            options.kernel = kernel, options.instruction_set = GetParam();
+            DepositTotals totals, cut_totals;
+            const LightField expected = voxelised(whole, needed, options, totals);
+            const LightField field = voxelised(cutSheet(whole, cuts, random), needed, options, cut_totals);
+            // Light that a cut moves across the box's sides counts in neither sum: only the sheet that lies inside is
+            // compared, by what was to be deposited.
+            const double limit = kernel == DepositKernel::Scalar ? 1e-6 : 3e-5;
+            EXPECT_NEAR(cut_totals.expected / totals.expected, 1, 1e-3) << cuts << " cuts";
+            EXPECT_NEAR(field.sum(0) / cut_totals.expected, 1, limit) << cuts << " cuts";
+            EXPECT_NEAR(expected.sum(0) / totals.expected, 1, limit) << cuts << " cuts";
+        }
+}
+
+// One tube that stays inside the box: here the sums themselves must agree.
+TEST_P(VoxeliseKernels, ACutLosesNothing) {
+    const auto needed = box({-30, -30, -40}, {30, 30, 40});
+    TubeSet whole;
+    whole.blocks.push_back({BlockTopology::fromTriangles(3, {{{0, 1, 2}}}), 0, 0});
+    whole.corners = {
+        {-6, -5, 21.3, 0.2, -0.1, -24.2}, {7, -3, 22.9, -0.3, 0.1, -22.7}, {-2, 8, 20.4, 0.1, -0.3, -27.1}};
+    whole.tubes.push_back({{3, 3, 3}, 1.1f, {0.1f, -0.1f, -1.0f}});
+    std::mt19937 random(11);
+    for (const DepositKernel kernel : {DepositKernel::Scalar, DepositKernel::Edges})
+        for (const int cuts : {1, 2, 7}) {
+            VoxeliseOptions options;
+            options.kernel = kernel, options.instruction_set = GetParam();
+            DepositTotals totals;
+            const double expected = voxelised(whole, needed, options, totals).sum(0);
+            // The open length itself: power x layers between the mean ends x path a layer.
+            EXPECT_NEAR(expected / (3 * 1.1 * ((21.3 + 22.9 + 20.4) + (24.2 + 22.7 + 27.1)) / 3), 1,
+                        kernel == DepositKernel::Scalar ? 1e-6 : 3e-5);
+            for (int times = 0; times < 8; ++times) {
+                const double cut = voxelised(cutSheet(whole, cuts, random), needed, options, totals).sum(0);
+                EXPECT_NEAR(cut / expected, 1, kernel == DepositKernel::Scalar ? 1e-6 : 3e-5) << cuts << " cuts";
+            }
+        }
+}
+
+TEST_P(VoxeliseKernels, SumTheSameLightAlongEveryAxis) {
+    const auto z_box = box({-8, -8, -8}, {40, 47, 30});
+    VoxeliseOptions options;
+    options.instruction_set = GetParam();
+    DepositTotals totals;
+    const LightField along_z = voxelised(foldedSheet(2, -1, 0.7, {-40, -30}, {70, 80}, 28.4), z_box, options, totals);
+    for (const int axis : {0, 1}) {
+        const auto axes = axesFor(axis);
+        glm::ivec3 low, high;
+        for (std::size_t a = 0; a < 3; ++a) {
+            low[axes[a]] = z_box->frame().min[static_cast<int>(a)];
+            high[axes[a]] = z_box->frame().max[static_cast<int>(a)];
+        }
+        const LightField turned =
+            voxelised(foldedSheet(axis, -1, 0.7, {-40, -30}, {70, 80}, 28.4), box(low, high), options, totals);
+        double worst = 0;
+        for (int u = -8; u <= 40; ++u)
+            for (int v = -8; v <= 47; ++v)
+                for (int w = -8; w <= 30; ++w) {
+                    glm::ivec3 at;
+                    at[axes[0]] = u, at[axes[1]] = v, at[axes[2]] = w;
+                    worst = std::max(worst,
+                                     static_cast<double>(std::fabs(along_z.value({u, v, w}, 0) - turned.value(at, 0))));
+                }
+        EXPECT_EQ(worst, 0) << "axis " << axis;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, VoxeliseKernels, ::testing::ValuesIn([] {
+                             std::vector<InstructionSet> sets{InstructionSet::Portable};
+                             for (const auto set : {InstructionSet::Avx2, InstructionSet::Avx512})
+                                 if (set <= bestInstructionSet()) sets.push_back(set);
+                             return sets;
+                         }()),
+                         [](const auto& set) { return name(set.param); });
+
+TEST(Voxelise, LightTravellingUpIsTheMirrorImageOfLightTravellingDown) {
+    VoxeliseOptions options;
+    DepositTotals totals;
+    TubeSet down = foldedSheet(2, -1, 0.8, {-30, -30}, {60, 60}, 15.2);
+    TubeSet up = down;
+    up.sense = 1;
+    for (CornerRay& ray : up.corners)
+        ray.w = -ray.w, ray.du_dw = -ray.du_dw, ray.dv_dw = -ray.dv_dw, ray.w_end = -ray.w_end;
+    up.slope_u_power = -up.slope_u_power, up.slope_v_power = -up.slope_v_power;
+    const LightField a = voxelised(down, box({0, 0, -20}, {30, 30, 20}), options, totals);
+    const LightField b = voxelised(up, box({0, 0, -20}, {30, 30, 20}), options, totals);
+    double worst = 0;
+    for (int x = 0; x <= 30; ++x)
+        for (int y = 0; y <= 30; ++y)
+            for (int z = -20; z <= 20; ++z)
+                worst = std::max(worst, static_cast<double>(std::fabs(a.value({x, y, z}, 0) - b.value({x, y, -z}, 0))));
+    EXPECT_LT(worst, 5e-3);
+}
+
+TEST(Voxelise, ThreadsChangeNoBit) {
+    const auto needed = box({-10, -10, -40}, {150, 90, 20});
+    const TubeSet set = foldedSheet(2, -1, 0.9, {-60, -60}, {200, 140}, 18.1);
+    VoxeliseOptions options;
+    DepositTotals one_totals, two_totals;
+    setThreadCount(1);
+    const LightField one = voxelised(set, needed, options, one_totals);
+    setThreadCount(3);
+    const LightField three = voxelised(set, needed, options, two_totals);
+    setThreadCount(0);
+    EXPECT_EQ(largestDifference(one, three), 0);
+    EXPECT_EQ(one_totals.expected, two_totals.expected);
+}
+
+TEST(Voxelise, NeedingLessChangesNothingWhereItIsNeeded) {
+    const auto whole = box({-10, -10, -40}, {90, 90, 20});
+    const TubeSet set = foldedSheet(2, -1, 0.9, {-60, -60}, {140, 140}, 18.1);
+    VoxeliseOptions options;
+    DepositTotals all_totals, some_totals;
+    const LightField all = voxelised(set, whole, options, all_totals);
+    NeededVoxels some = NeededVoxels::none(whole->frame());
+    for (int x = -10; x <= 90; ++x)
+        for (int y = -10; y <= 90; ++y) some.addColumn(x, y, -22, -19);
+    for (int y = 3; y < 40; ++y)
+        for (int z = -40; z <= 10; ++z) some.add({17, y, z});
+    some.finish();
+    const LightField band = voxelised(set, std::make_shared<const NeededVoxels>(some), options, some_totals);
+    double worst = 0, sum = 0;
+    for (int x = -10; x <= 90; ++x)
+        for (int y = -10; y <= 90; ++y)
+            for (int z = -40; z <= 20; ++z) {
+                if (!some.contains({x, y, z})) {
+                    ASSERT_EQ(band.value({x, y, z}, 0), 0);
+                    continue;
+                }
+                sum += band.value({x, y, z}, 0);
+                worst =
+                    std::max(worst, static_cast<double>(std::fabs(band.value({x, y, z}, 0) - all.value({x, y, z}, 0))));
+            }
+    EXPECT_LT(worst, 5e-3);
+    EXPECT_NEAR(some_totals.expected / sum, 1, 2e-6);
+}
+
+TEST(Voxelise, FlatLightIsConstantWithoutBeingSummed) {
+    TubeSet set = foldedSheet(2, -1, 400, {-200, -200}, {200, 200}, 100.0);
+    for (CornerRay& ray : set.corners) ray.w = 100, ray.du_dw = 0.3, ray.dv_dw = -0.2;
+    for (TubeConstants& tube : set.tubes) tube.power[0] = 160000.0f / 2;
+    const auto needed = box({-16, -16, -16}, {63, 63, 31});
+    VoxeliseOptions options;
+    DepositTotals totals;
+    const LightField field = voxelised(set, needed, options, totals);
+    EXPECT_EQ(totals.constant_leaves, needed->leafCount());
+    EXPECT_NEAR(field.value({3, 4, 5}, 0), 1.2, 1e-5);
+    EXPECT_NEAR(field.value({-16, 63, 31}, 3), -1, 1e-5);
+    EXPECT_NEAR(totals.expected / field.sum(0), 1, 1e-6);
+}
+
+TEST(Voxelise, AttenuatesByBeerAndLambertAveragedOverTheLayer) {
+    TubeSet set = foldedSheet(2, -1, 5, {-60, -60}, {100, 100}, 20.0);
+    for (CornerRay& ray : set.corners) ray.w = 20.25, ray.du_dw = ray.dv_dw = 0;
+    for (TubeConstants& tube : set.tubes) tube.power[0] = 12.5f, tube.length = 1;
+    for (TubeBlock& block : set.blocks) block.extinction = {0.3, 0, 0};
+    VoxeliseOptions options;
+    DepositTotals totals;
+    const LightField field = voxelised(set, box({0, 0, -16}, {15, 15, 24}), options, totals);
+    for (int z = -16; z <= 20; ++z) {
+        const double top = std::min(20.25, z + 0.5), depth = 20.25 - top, length = top - (z - 0.5);
+        const double expected = std::exp(-0.3 * depth) * -std::expm1(-0.3 * length) / 0.3;
+        EXPECT_NEAR(field.value({7, 7, z}, 0) / expected, 1, 2e-6) << "z " << z;
+    }
+    EXPECT_EQ(field.value({7, 7, 21}, 0), 0);
+}
+
+TEST(Voxelise, MoreGaussPointsConvergeToTheSameSum) {
+    const auto needed = box({0, 0, -30}, {40, 40, 15});
+    const TubeSet set = foldedSheet(2, -1, 0.5, {-60, -60}, {90, 90}, 12.0);
+    VoxeliseOptions options;
+    DepositTotals totals;
+    const LightField one = voxelised(set, needed, options, totals);
+    options.quadrature = 2;
+    const LightField two = voxelised(set, needed, options, totals);
+    options.quadrature = 4;
+    const LightField four = voxelised(set, needed, options, totals);
+    const auto distance = [&](const LightField& a, const LightField& b) {
+        double sum = 0;
+        for (int x = 0; x <= 40; ++x)
+            for (int y = 0; y <= 40; ++y)
+                for (int z = -30; z <= 15; ++z) sum += std::fabs(a.value({x, y, z}, 0) - b.value({x, y, z}, 0));
+        return sum;
+    };
+    EXPECT_LT(distance(two, four), 0.5 * distance(one, four));
+}
+
+TEST(EdgeKernel, MeanClampedIsTheMeanOfTheClampedPlane) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> corner(-2, 3);
+    for (int trial = 0; trial < 200; ++trial) {
+        const double a = corner(random), b = trial % 5 ? corner(random) : a, c = trial % 7 ? corner(random) : b;
+        double sum = 0;
+        constexpr int n = 200;
+        int count = 0;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; i + j < n; ++j, ++count) {
+                // Centroids of both orientations of small triangles; the second does not exist on the hypotenuse.
+                const double p = (i + 1.0 / 3) / n, q = (j + 1.0 / 3) / n;
+                sum += std::clamp(a + (b - a) * p + (c - a) * q, 0.0, 1.0);
+                if (i + j + 1 < n) {
+                    const double r = (i + 2.0 / 3) / n, s = (j + 2.0 / 3) / n;
+                    sum += std::clamp(a + (b - a) * r + (c - a) * s, 0.0, 1.0);
+                    ++count;
+                }
+            }
+        EXPECT_NEAR(meanClamped(a, b, c), sum / count, 2e-4) << a << " " << b << " " << c;
+    }
+    EXPECT_NEAR(meanClamped(0.5, 0.5, 0.5), 0.5, 1e-15);
+    EXPECT_NEAR(meanClamped(-1e-9, 1e-9, 0), 1e-9 / 4, 1e-10);
+}
+
+TEST(EdgeKernel, FractionInsideAgreesWithSampling) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> place(-6, 16);
+    for (int trial = 0; trial < 100; ++trial) {
+        const double x[3] = {place(random), place(random), place(random)},
+                     y[3] = {place(random), place(random), place(random)};
+        int inside = 0, count = 0;
+        constexpr int n = 150;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; i + j < n; ++j, ++count) {
+                const double p = (i + 1.0 / 3) / n, q = (j + 1.0 / 3) / n;
+                const double px = x[0] + (x[1] - x[0]) * p + (x[2] - x[0]) * q,
+                             py = y[0] + (y[1] - y[0]) * p + (y[2] - y[0]) * q;
+                inside += px > 0 && px < 10 && py > 0 && py < 10;
+            }
+        EXPECT_NEAR(fractionInside(x, y, 10, 10), static_cast<double>(inside) / count, 0.012);
+    }
+}
+
+TEST(Slabs, AThinBandIsOneNarrowSlab) {
+    GridFrame frame;
+    frame.min = {0, 0, -128}, frame.max = {63, 63, 0};
+    NeededVoxels needed = NeededVoxels::none(frame);
+    for (int x = 0; x < 64; ++x)
+        for (int y = 0; y < 64; ++y) needed.addColumn(x, y, -66, -63);
+    needed.finish();
+    const auto groups = planSlabs(needed, 2, 64, 16);
+    ASSERT_EQ(groups.size(), 1u);
+    ASSERT_EQ(groups[0].slabs.size(), 1u);
+    EXPECT_EQ(groups[0].slabs[0].first, -66);
+    EXPECT_EQ(groups[0].slabs[0].active, 4);
+    EXPECT_EQ(groups[0].slabs[0].lanes, 4);
+    EXPECT_TRUE(groups[0].rectangle);
+}
+
+TEST(Slabs, CoverEveryLayerOnceAndShareNoLeaf) {
+    for (const int lanes : {4, 8, 16}) {
+        GridFrame frame;
+        frame.min = {-5, 3, -37}, frame.max = {90, 70, 61};
+        const auto groups = planSlabs(NeededVoxels::everything(frame), 2, 64, lanes);
+        int next = frame.min.z, last_leaf = -1000;
+        for (const SlabGroup& group : groups) {
+            EXPECT_GT(group.slabs.front().first >> 3, last_leaf);
+            for (const Slab& slab : group.slabs) {
+                EXPECT_EQ(slab.first, next);
+                EXPECT_LE(slab.active, slab.lanes);
+                EXPECT_LE(slab.lanes, lanes);
+                next = slab.first + slab.active;
+            }
+            last_leaf = (next - 1) >> 3;
+        }
+        EXPECT_EQ(next, frame.max.z + 1);
+    }
+}
+
+}  // namespace
+}  // namespace photic

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/tubes/launch.h"
+
+#include <gtest/gtest.h>
+
+#include "bake/threads/parallel_for.h"
+#include "tests/support/tube_scenes.h"
+
+namespace photic {
+namespace {
+
+using support::WaterScene;
+
+struct Launched {
+    LaunchTotals totals;
+    double power = 0;  // of all tubes [W]
+    std::vector<double> starts;
+};
+
+Launched launched(const WaterScene& water, const LaunchOptions& options, bool mesh = false) {
+    const OpticalScene optics(water.scene, water.frame);
+    const Light& light = water.scene.lights[0];
+    const Emission emission(water.scene, 0, light.irradiance, light.direction);
+    const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
+    Launched out;
+    const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
+        for (const TubeSet& set : sets) {
+            for (const TubeConstants& tube : set.tubes) out.power += static_cast<double>(tube.power[0]);
+            for (const CornerRay& corner : set.corners)
+                out.starts.push_back(corner.u + 3 * corner.v + 7 * corner.w_end);
+        }
+    };
+    Monitor monitor;
+    Launch launch(tracer, options, sink, monitor);
+    if (mesh)
+        launch.mesh(out.totals);
+    else
+        launch.heightField(launchDomain(water.scene, water.scene.surfaces[0], light, water.frame), out.totals);
+    return out;
+}
+
+TEST(Launch, AdaptiveAndFixedMeshesCarryTheSamePower) {
+    WaterScene water(std::make_shared<support::Ripples>(0.02, 6), {0.2, 0.1, -1});
+    water.scene.objects = {support::planeObject({0, 0, -1.5}, {0, 0, 1}),
+                           support::meshObject(support::sphereMesh(12, {0.2, 0.1, -0.9}, 0.25))};
+    // All of the light goes through the box.
+    water.scene.surfaces[0].outside = Outside::None, water.scene.surfaces[0].size = {0.9, 0.9};
+    LaunchOptions fine;
+    fine.cells = 400;
+    const Launched adaptive = launched(water, {}), fixed = launched(water, fine);
+    EXPECT_LT(adaptive.totals.power.imbalance(), 1e-12);
+    EXPECT_LT(fixed.totals.power.imbalance(), 1e-12);
+    EXPECT_NEAR(adaptive.totals.power.emitted / fixed.totals.power.emitted, 1, 2e-5);
+    EXPECT_NEAR(adaptive.totals.power.received / fixed.totals.power.received, 1, 1e-3);
+    EXPECT_LT(adaptive.totals.corner_rays, fixed.totals.corner_rays);
+}
+
+TEST(Launch, ThreadsChangeNothing) {
+    WaterScene water(std::make_shared<support::Ripples>(0.02, 6), {0.2, 0.1, -1});
+    water.scene.objects = {support::meshObject(support::sphereMesh(12, {0.2, 0.1, -0.9}, 0.25))};
+    setThreadCount(1);
+    const Launched one = launched(water, {});
+    setThreadCount(3);
+    const Launched three = launched(water, {});
+    setThreadCount(0);
+    EXPECT_EQ(one.starts, three.starts);
+    EXPECT_EQ(one.totals.power.received, three.totals.power.received);
+}
+
+TEST(Launch, AFloorOfManyTrianglesIsLaidInWholeBlocks) {
+    TriangleMesh floor;
+    const int n = 100;
+    for (int j = 0; j <= n; ++j)
+        for (int i = 0; i <= n; ++i)
+            floor.positions.push_back({0.05 * i - 2.5, 0.05 * j - 2.5, -1.5 + 0.004 * std::sin(0.3 * i + 0.2 * j)});
+    floor.normals.assign(floor.positions.size(), {0, 0, 1});
+    for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+            const auto a = static_cast<std::uint32_t>(j * (n + 1) + i), b = a + 1, c = a + n + 1, d = c + 1;
+            floor.triangles.push_back({a, b, d}), floor.triangles.push_back({a, d, c});
+        }
+    WaterScene water(std::make_shared<support::Ripples>(0.01, 6)), plane = water;
+    plane.scene.objects = {support::planeObject({0, 0, -1.5}, {0, 0, 1})};
+    water.scene.objects = {support::meshObject(floor)};
+    const Launched on_mesh = launched(water, {}), on_plane = launched(plane, {});
+    EXPECT_NEAR(on_mesh.power / on_plane.power, 1, 1e-6);
+    EXPECT_LT(static_cast<double>(on_mesh.totals.tubes), 1.3 * static_cast<double>(on_plane.totals.tubes));
+}
+
+TEST(Launch, MeshesEnterTriangleByTriangle) {
+    WaterScene water;
+    Surface& surface = water.scene.surfaces[0];
+    surface.height_field = nullptr;
+    surface.mesh = std::make_shared<const TriangleMesh>(support::boxMesh({-0.5, -0.5, -0.2}, {0.5, 0.5, 0}));
+    const Launched out = launched(water, {}, true);
+    EXPECT_NEAR(out.totals.power.emitted, 1, 1e-9) << "the faces below lie hidden";
+    EXPECT_LT(out.totals.power.imbalance(), 1e-12);
+}
+
+}  // namespace
+}  // namespace photic
