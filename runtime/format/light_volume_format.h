@@ -36,6 +36,7 @@ inline constexpr const char* kMetaScattering = "photic:scattering";  // string: 
 inline constexpr const char* kMetaAbsorption = "photic:absorption";  // string: the same
 inline constexpr const char* kMetaAnisotropy = "photic:anisotropy";  // string: Henyey-Greenstein g
 inline constexpr const char* kMetaPeriod = "photic:period";          // string: [x,y,0] [m]
+inline constexpr const char* kMetaWaterLevel = "photic:water_level";  // double [m]: z of the still water's surface
 inline constexpr const char* kMetaUpAxis = "photic:up_axis";         // string: "Z"
 inline constexpr const char* kMetaFrame = "photic:frame";            // int
 inline constexpr const char* kMetaLedger = "photic:ledger";          // string: both ledgers, JSON

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <memory>
+#include <span>
 #include <string>
 
 #include "runtime/src/guarded.h"
@@ -16,8 +18,12 @@ static_assert(std::endian::native == std::endian::little, "NanoVDB files are lit
 /// Bytes of a file, read by offset. `what` names them in errors. No read goes past the end, and none needs alignment.
 class Bytes {
 public:
+    /// Of memory that lives longer.
     Bytes(const unsigned char* data, std::uint64_t size, std::string what)
         : data_(data), size_(size), what_(std::move(what)) {}
+    /// Of memory that is kept as long as it or any part of it is there.
+    Bytes(std::shared_ptr<const unsigned char[]> data, std::uint64_t size, std::string what)
+        : kept_(std::move(data)), data_(kept_.get()), size_(size), what_(std::move(what)) {}
 
     std::uint64_t size() const { return size_; }
 
@@ -45,7 +51,9 @@ public:
 
     Bytes part(std::uint64_t offset, std::uint64_t size, std::string what) const {
         require(offset, size, 1, what.c_str());
-        return {data_ + offset, size, std::move(what)};
+        Bytes out(data_ + offset, size, std::move(what));
+        out.kept_ = kept_;
+        return out;
     }
 
     /// Text up to its terminating zero.
@@ -60,7 +68,12 @@ public:
     const char* characters(std::uint64_t offset) const { return reinterpret_cast<const char*>(data_ + offset); }
     const std::string& what() const { return what_; }
 
+    std::span<const unsigned char> view(std::uint64_t offset, std::uint64_t size) const {
+        return {data_ + offset, static_cast<std::size_t>(size)};
+    }
+
 private:
+    std::shared_ptr<const unsigned char[]> kept_;
     const unsigned char* data_;
     std::uint64_t size_;
     std::string what_;

@@ -192,6 +192,9 @@ MediumOptions mediumOf(const Metadata& metadata) {
     copy(options.scattering, metadata.scattering);
     copy(options.absorption, metadata.absorption);
     options.anisotropy = static_cast<float>(metadata.anisotropy);
+    if (std::isfinite(metadata.surface[3])) {
+        for (int i = 0; i < 4; ++i) options.surface[i] = static_cast<float>(metadata.surface[i]);
+    }
     return options;
 }
 

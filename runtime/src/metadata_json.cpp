@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "runtime/format/light_volume_format.h"
 #include "runtime/src/guarded.h"
@@ -173,6 +174,11 @@ void set(Metadata& m, const std::string& key, const Value& value) {
     } else if (key == "period") {
         m.period = vectorOf(value, key);
         require(inRange(m.period, 0, 1e9), key, "between 0 and 1e9 m");
+    } else if (key == "water_level") {
+        m.surface[3] = numberOf(value, key);
+        require(std::fabs(m.surface[3]) < 1e9, key, "between -1e9 and 1e9 m");
+    } else if (key == "scene_hash") {
+        m.scene_hash = value.text;
     } else if (key == "up_axis") {
         m.up_axis = value.text;
     } else if (key == "paths") {
@@ -185,6 +191,7 @@ void set(Metadata& m, const std::string& key, const Value& value) {
 Metadata readMetadata(std::string_view json) {
     Metadata metadata;
     Reader(json).object([&](const std::string& key, const Value& value) { set(metadata, key, value); });
+    if (metadata.up_axis == "Y") std::swap(metadata.surface[1], metadata.surface[2]);
     return metadata;
 }
 

@@ -31,11 +31,6 @@ std::uint64_t enter(NodeArray& array, std::uint64_t parent, std::int64_t child, 
     return offset;
 }
 
-/// Bit n of a mask that begins at `mask`.
-bool bit(const Bytes& bytes, std::uint64_t mask, std::uint32_t n) {
-    return (bytes.get<std::uint8_t>(mask + (n >> 3)) >> (n & 7) & 1) != 0;
-}
-
 /// Calls body(n, whether it is a child) for the entries of an upper or lower node of 2^(3 log2) entries that are a
 /// child or an active tile: its value mask, then its child mask.
 template <class Body>
@@ -110,25 +105,10 @@ bool NvdbGrid::typeIsRead() const {
 int NvdbGrid::components() const { return type() == NvdbType::Vec4f ? 4 : type() == NvdbType::Vec3f ? 3 : 1; }
 
 void NvdbGrid::readTransform() {
-    Matrix3& m = transform_.world_from_index;
-    bool finite = true;
-    for (std::size_t i = 0; i < 9; ++i) m[i] = bytes_.get<double>(kGridMap + kMapMatrix + 8 * i);
+    for (std::size_t i = 0; i < 9; ++i)
+        transform_.world_from_index[i] = bytes_.get<double>(kGridMap + kMapMatrix + 8 * i);
     for (std::size_t i = 0; i < 3; ++i) transform_.origin_world[i] = bytes_.get<double>(kGridMap + kMapVector + 8 * i);
-    // Far below these bounds products overflow or vanish in float; no scene in metres is near them.
-    constexpr double kLargest = 1e9, kSmallestVolume = 1e-27;
-    for (const double v : m) finite = finite && std::fabs(v) < kLargest;
-    for (const double v : transform_.origin_world) finite = finite && std::fabs(v) < kLargest;
-    const double determinant =
-        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
-    if (!finite || !(std::fabs(determinant) > kSmallestVolume)) {
-        fail(ErrorCode::Format,
-             bytes_.what() + ": the transform is not finite, has no inverse, or has voxels below 1e-9 m");
-    }
-    transform_.index_from_world = {(m[4] * m[8] - m[5] * m[7]) / determinant, (m[2] * m[7] - m[1] * m[8]) / determinant,
-                                   (m[1] * m[5] - m[2] * m[4]) / determinant, (m[5] * m[6] - m[3] * m[8]) / determinant,
-                                   (m[0] * m[8] - m[2] * m[6]) / determinant, (m[2] * m[3] - m[0] * m[5]) / determinant,
-                                   (m[3] * m[7] - m[4] * m[6]) / determinant, (m[1] * m[6] - m[0] * m[7]) / determinant,
-                                   (m[0] * m[4] - m[1] * m[3]) / determinant};
+    finishTransform(transform_, bytes_.what());
 }
 
 std::string NvdbGrid::blindText(const std::string& name) const {
@@ -245,41 +225,60 @@ std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
     return out;
 }
 
-void NvdbGrid::readLeaf(const NvdbLeaf& leaf, float* out) const {
-    const auto channels = static_cast<std::uint64_t>(components());
-    const bool tile = leaf.kind == NvdbLeaf::Kind::Tile;
-    const std::uint64_t table = leaf.values + layoutOf(type()).leaf_table;
-    // n counts with z fastest, `out` with x fastest.
-    const auto each = [&](const auto& value) {
-        for (std::uint32_t n = 0; n < 512; ++n) {
-            float* voxel = out + channels * ((n >> 6) + 8 * (n >> 3 & 7) + 64 * (n & 7));
-            const bool active = tile || bit(bytes_, leaf.values + kLeafValueMask, n);
-            for (std::uint64_t c = 0; c < channels; ++c) voxel[c] = active ? value(n, c) : 0.0F;
+namespace {
+
+/// Fills 512 voxels, x fastest, from values that are numbered with z fastest: value(number, channel) where the mask has
+/// the number's bit, else 0.
+template <std::size_t kChannels, class Value>
+void fillLeaf(const Bytes& bytes, std::uint64_t mask, float* out, const Value& value) {
+    for (std::uint32_t x = 0; x < 8; ++x) {
+        const auto active = bytes.get<std::uint64_t>(mask + std::uint64_t{8} * x);
+        for (std::uint32_t yz = 0; yz < 64; ++yz) {
+            float* voxel = out + kChannels * (x + 8 * (yz >> 3) + 64 * (yz & 7));
+            const bool lit = (active >> yz & 1) != 0;
+            for (std::size_t c = 0; c < kChannels; ++c) voxel[c] = lit ? value(64 * x + yz, c) : 0.0F;
         }
-    };
-    if (tile) {
-        each([&](std::uint32_t, std::uint64_t c) { return bytes_.get<float>(leaf.values + 4 * c); });
+    }
+}
+
+}  // namespace
+
+void NvdbGrid::readLeaf(const NvdbLeaf& leaf, float* out) const {
+    const auto channels = static_cast<std::size_t>(components());
+    if (leaf.kind == NvdbLeaf::Kind::Tile) {
+        for (std::size_t i = 0; i < 512 * channels; ++i) out[i] = bytes_.get<float>(leaf.values + 4 * (i % channels));
         return;
     }
+    const std::uint64_t mask = leaf.values + kLeafValueMask, table = leaf.values + layoutOf(type()).leaf_table;
     const float minimum = bytes_.get<float>(leaf.values + kLeafMinimum),
                 quantum = bytes_.get<float>(leaf.values + kLeafQuantum);
     const auto dequantised = [&](std::uint32_t code) { return static_cast<float>(code) * quantum + minimum; };
     switch (type()) {
         case NvdbType::Fp4:
-            each([&](std::uint32_t n, std::uint64_t) {
+            fillLeaf<1>(bytes_, mask, out, [&](std::uint32_t n, std::size_t) {
                 return dequantised(bytes_.get<std::uint8_t>(table + n / 2) >> (4 * (n & 1)) & 15U);
             });
             return;
         case NvdbType::Fp8:
-            each([&](std::uint32_t n, std::uint64_t) { return dequantised(bytes_.get<std::uint8_t>(table + n)); });
+            fillLeaf<1>(bytes_, mask, out,
+                        [&](std::uint32_t n, std::size_t) { return dequantised(bytes_.get<std::uint8_t>(table + n)); });
             return;
         case NvdbType::Fp16:
-            each([&](std::uint32_t n, std::uint64_t) { return dequantised(bytes_.get<std::uint16_t>(table + 2 * n)); });
+            fillLeaf<1>(bytes_, mask, out, [&](std::uint32_t n, std::size_t) {
+                return dequantised(bytes_.get<std::uint16_t>(table + std::uint64_t{2} * n));
+            });
             return;
         case NvdbType::Float:
+            fillLeaf<1>(bytes_, mask, out,
+                        [&](std::uint32_t n, std::size_t) { return bytes_.get<float>(table + std::uint64_t{4} * n); });
+            return;
         case NvdbType::Vec3f:
+            fillLeaf<3>(bytes_, mask, out,
+                        [&](std::uint32_t n, std::size_t c) { return bytes_.get<float>(table + 4 * (3 * n + c)); });
+            return;
         case NvdbType::Vec4f:
-            each([&](std::uint32_t n, std::uint64_t c) { return bytes_.get<float>(table + 4 * (n * channels + c)); });
+            fillLeaf<4>(bytes_, mask, out,
+                        [&](std::uint32_t n, std::size_t c) { return bytes_.get<float>(table + 4 * (4 * n + c)); });
             return;
     }
 }

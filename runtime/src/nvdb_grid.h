@@ -62,8 +62,9 @@ private:
     VoxelTransform transform_;
 };
 
-/// The grids of a file: segments of a header, a list and the grids, or grids alone.
-/// @throws Failure{Format} for anything else, and for compressed files
-std::vector<NvdbGrid> readNvdbGrids(const Bytes& file);
+/// The grids of a file: segments of a header, a list and the grids, plain or packed by Blosc with LZ4, or grids alone.
+/// @param largest_unpacked  bytes of all packed grids once they are unpacked
+/// @throws Failure{Format} for anything else, Failure{Limit}
+std::vector<NvdbGrid> readNvdbGrids(const Bytes& file, std::uint64_t largest_unpacked);
 
 }  // namespace photic::runtime

@@ -20,6 +20,8 @@ inline constexpr std::uint64_t kFileHeaderSize = 16, kFileVersion = 8, kFileGrid
 inline constexpr std::uint64_t kRecordSize = 176, kRecordGridSize = 0, kRecordFileSize = 8, kRecordNameSize = 136,
                                kRecordCodec = 168;
 
+inline constexpr std::uint16_t kCodecNone = 0, kCodecBlosc = 2;
+
 inline constexpr std::uint64_t kGridVersion = 16, kGridSize = 32, kGridName = 40, kGridNameSize = 256, kGridMap = 296,
                                kGridType = 636, kGridBlindOffset = 640, kGridBlindCount = 648, kGridHeaderSize = 672;
 inline constexpr std::uint64_t kMapMatrix = 88, kMapVector = 88 + 2 * 72;  // of the map: doubles, after the floats

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the grids of a `.nvdb` to the bricks of a Volume.
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <limits>
-#include <memory>
 
 #include "runtime/src/metadata_json.h"
 #include "runtime/src/nvdb_grid.h"
+#include "runtime/src/nvdb_volume.h"
 #include "runtime/src/volume_builder.h"
 
 namespace photic::runtime {
@@ -116,41 +113,8 @@ Volume volumeOf(const std::vector<NvdbGrid>& grids, const LoadOptions& options) 
 
 }  // namespace
 
-Result<Volume> readVolume(const void* bytes, std::size_t size, const LoadOptions& options) {
-    return guarded([&]() -> Result<Volume> {
-        if (!bytes || size == 0) fail(ErrorCode::Format, "there are no bytes to read");
-        if (size > options.largest_file) {
-            fail(ErrorCode::Limit, "the file has " + std::to_string(size) +
-                                       " bytes, more than LoadOptions::largest_file, " +
-                                       std::to_string(options.largest_file));
-        }
-        return volumeOf(readNvdbGrids(Bytes(static_cast<const unsigned char*>(bytes), size, "the file")), options);
-    });
-}
-
-Result<Volume> loadVolume(const std::string& path, const LoadOptions& options) {
-    return guarded([&]() -> Result<Volume> {
-        const auto close = [](std::FILE* f) { std::fclose(f); };
-        const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "rb"), close);
-        if (!file) return Error{ErrorCode::File, "'" + path + "' cannot be opened; is the path right?"};
-        std::vector<unsigned char> bytes;
-        constexpr std::size_t kStep = std::size_t{1} << 24;
-        while (true) {
-            const std::size_t had = bytes.size();
-            if (had > options.largest_file) {
-                return Error{ErrorCode::Limit, "'" + path + "' has more bytes than LoadOptions::largest_file, " +
-                                                   std::to_string(options.largest_file)};
-            }
-            bytes.resize(had + kStep);
-            const std::size_t got = std::fread(bytes.data() + had, 1, kStep, file.get());
-            bytes.resize(had + got);
-            if (got < kStep) break;
-        }
-        if (std::ferror(file.get())) return Error{ErrorCode::File, "'" + path + "' cannot be read; is it a file?"};
-        Result<Volume> volume = readVolume(bytes.data(), bytes.size(), options);
-        if (!volume) return Error{volume.error().code, "'" + path + "': " + volume.error().message};
-        return volume;
-    });
+Volume readNvdbFile(const Bytes& file, const LoadOptions& options) {
+    return volumeOf(readNvdbGrids(file, options.largest_file), options);
 }
 
 }  // namespace photic::runtime

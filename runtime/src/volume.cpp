@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "runtime/src/guarded.h"
@@ -65,11 +67,7 @@ Light Volume::sample(const Vec3& world) const {
 Vec3 Volume::irradiance(const Vec3& world, const Vec3& normal) const {
     const Sums sums = interpolate(*data_, world);
     double factor = data_->metadata.reference_irradiance;
-    if (data_->has_direction) {
-        const double towards = -(normal.x * sums[0] + normal.y * sums[1] + normal.z * sums[2]);
-        if (!(towards > 0 && sums[3] > 0)) return {};
-        factor *= towards / sums[3];
-    }
+    if (data_->has_direction) factor *= towards(normal, {sums[0], sums[1], sums[2]}, sums[3]);
     if (data_->coloured) return {factor * sums[4], factor * sums[5], factor * sums[6]};
     return {factor * sums[3], factor * sums[3], factor * sums[3]};
 }
@@ -100,10 +98,25 @@ std::uint64_t Volume::bytes() const {
 
 namespace {
 
+/// Which of a brick's 512 voxels hold light: bit x of row y + 8 z.
+std::array<std::uint8_t, 64> litRows(const VolumeData& data, std::size_t first) {
+    std::array<std::uint8_t, 64> rows{};
+    for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) {
+        bool lit = std::bit_cast<std::uint64_t>(data.light[first + v]) != 0;
+        if (data.coloured) lit = lit || data.rgb[first + v] != std::array<Half, 3>{};
+        rows[v >> 3] = static_cast<std::uint8_t>(rows[v >> 3] | (lit ? 1U : 0U) << (v & 7));
+    }
+    return rows;
+}
+
 void findLitVoxels(VolumeData& data) {
     data.lit_min = {kLargestIndex, kLargestIndex, kLargestIndex};
     data.lit_max = {-kLargestIndex, -kLargestIndex, -kLargestIndex};
     data.lit_voxels = 0;
+    const auto include = [&](std::size_t axis, int low, int high) {
+        data.lit_min[axis] = std::min(data.lit_min[axis], low);
+        data.lit_max[axis] = std::max(data.lit_max[axis], high);
+    };
     std::size_t page = 0;
     for (int pz = 0; pz < data.brick_count[2]; ++pz) {
         for (int py = 0; py < data.brick_count[1]; ++py) {
@@ -112,17 +125,20 @@ void findLitVoxels(VolumeData& data) {
                 if (first == 0) continue;
                 const Int3 corner = {8 * (data.brick_min[0] + px), 8 * (data.brick_min[1] + py),
                                      8 * (data.brick_min[2] + pz)};
-                for (int v = 0; v < VolumeData::kVoxels; ++v) {
-                    const std::size_t slot = first + static_cast<std::size_t>(v);
-                    const bool lit =
-                        data.light[slot] != Half4{} || (data.coloured && data.rgb[slot] != std::array<Half, 3>{});
-                    if (!lit) continue;
-                    ++data.lit_voxels;
-                    const Int3 voxel = {corner[0] + (v & 7), corner[1] + (v >> 3 & 7), corner[2] + (v >> 6)};
-                    for (std::size_t a = 0; a < 3; ++a) {
-                        data.lit_min[a] = std::min(data.lit_min[a], voxel[a]);
-                        data.lit_max[a] = std::max(data.lit_max[a], voxel[a]);
+                unsigned columns = 0;  // bit x: any voxel there
+                int row = 0;
+                for (const unsigned bits : litRows(data, first)) {
+                    if (bits != 0) {
+                        data.lit_voxels += static_cast<std::uint64_t>(std::popcount(bits));
+                        columns |= bits;
+                        include(1, corner[1] + (row & 7), corner[1] + (row & 7));
+                        include(2, corner[2] + (row >> 3), corner[2] + (row >> 3));
                     }
+                    ++row;
+                }
+                if (columns != 0) {
+                    include(0, corner[0] + std::countr_zero(columns),
+                            corner[0] + static_cast<int>(std::bit_width(columns)) - 1);
                 }
             }
         }
@@ -148,7 +164,43 @@ void addPeriod(VolumeData& data, const Double3& period_world) {
     data.period[longest] = static_cast<int>(std::lround(voxels));
 }
 
+/// Where the file does not say how high the water stands: the highest point of the lit voxels.
+void findSurface(VolumeData& data) {
+    double* surface = data.metadata.surface;
+    if (!std::isinf(surface[3]) || data.lit_voxels == 0) return;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (int corner = 0; corner < 8; ++corner) {
+        Double3 index;
+        for (std::size_t a = 0; a < 3; ++a)
+            index[a] = (corner >> a & 1) != 0 ? data.lit_max[a] + 0.5 : data.lit_min[a] - 0.5;
+        const Double3 offset = multiply(data.transform.world_from_index, index);
+        double height = 0;
+        for (std::size_t a = 0; a < 3; ++a) height += surface[a] * (data.transform.origin_world[a] + offset[a]);
+        highest = std::max(highest, height);
+    }
+    surface[3] = highest;
+}
+
 }  // namespace
+
+void finishTransform(VoxelTransform& transform, const std::string& what) {
+    const Matrix3& m = transform.world_from_index;
+    // Far below these bounds products overflow or vanish in float; no scene in metres is near them.
+    constexpr double kLargest = 1e9, kSmallestVolume = 1e-27;
+    const auto sensible = [](double v) { return std::fabs(v) < kLargest; };
+    const double determinant =
+        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    if (!std::all_of(m.begin(), m.end(), sensible) ||
+        !std::all_of(transform.origin_world.begin(), transform.origin_world.end(), sensible) ||
+        !(std::fabs(determinant) > kSmallestVolume)) {
+        fail(ErrorCode::Format, what + ": the transform is not finite, has no inverse, or has voxels below 1e-9 m");
+    }
+    transform.index_from_world = {(m[4] * m[8] - m[5] * m[7]) / determinant, (m[2] * m[7] - m[1] * m[8]) / determinant,
+                                  (m[1] * m[5] - m[2] * m[4]) / determinant, (m[5] * m[6] - m[3] * m[8]) / determinant,
+                                  (m[0] * m[8] - m[2] * m[6]) / determinant, (m[2] * m[3] - m[0] * m[5]) / determinant,
+                                  (m[3] * m[7] - m[4] * m[6]) / determinant, (m[1] * m[6] - m[0] * m[7]) / determinant,
+                                  (m[0] * m[4] - m[1] * m[3]) / determinant};
+}
 
 void finishVolume(VolumeData& data) {
     findLitVoxels(data);
@@ -157,6 +209,7 @@ void finishVolume(VolumeData& data) {
     if (p.x != 0) addPeriod(data, {p.x, 0, 0});
     if (p.y != 0) addPeriod(data, {0, p.y, 0});
     if (p.z != 0) addPeriod(data, {0, 0, p.z});
+    findSurface(data);
 }
 
 }  // namespace photic::runtime

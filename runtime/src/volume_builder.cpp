@@ -82,54 +82,70 @@ Half VolumeBuilder::repaired(float value, float least) {
     return halfOfFloat(std::clamp(value, least, kLargestHalf));
 }
 
+std::array<Half, VolumeData::kVoxels> VolumeBuilder::halves(const float* values, std::size_t stride, float least) {
+    constexpr std::size_t kVoxels = VolumeData::kVoxels;
+    std::array<float, kVoxels> component;
+    bool sound = true;
+    for (std::size_t v = 0; v < kVoxels; ++v) {
+        component[v] = values[v * stride];
+        sound = sound && component[v] >= least && component[v] <= kLargestHalf;
+    }
+    std::array<Half, kVoxels> out;
+    // Nearly always nothing is to be repaired; then the loop is without branches and goes several at a time.
+    if (sound) {
+        for (std::size_t v = 0; v < kVoxels; ++v) out[v] = halfOfFiniteFloat(component[v]);
+    } else {
+        for (std::size_t v = 0; v < kVoxels; ++v) out[v] = repaired(component[v], least);
+    }
+    return out;
+}
+
 void VolumeBuilder::setBrick(const Int3& origin, Channels channels, const float* values) {
     VolumeData& d = *data_;
     const std::size_t first = std::size_t{d.page(origin[0] >> 3, origin[1] >> 3, origin[2] >> 3)} * VolumeData::kVoxels;
     Half4* light = d.light.data() + first;
     std::array<Half, 3>* rgb = d.coloured ? d.rgb.data() + first : nullptr;
-    constexpr float kLeastFlux = -kLargestHalf;
-    for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) {
-        switch (channels) {
-            case Channels::FluxAndIrradiance:
-                for (std::size_t c = 0; c < 4; ++c) light[v][c] = repaired(values[4 * v + c], c < 3 ? kLeastFlux : 0);
-                break;
-            case Channels::Irradiance:
-                light[v][3] = repaired(values[v], 0);
-                break;
-            case Channels::FluxX:
-                light[v][0] = repaired(values[v], kLeastFlux);
-                break;
-            case Channels::FluxY:
-                light[v][1] = repaired(values[v], kLeastFlux);
-                break;
-            case Channels::FluxZ:
-                light[v][2] = repaired(values[v], kLeastFlux);
-                break;
-            case Channels::Red:
-                rgb[v][0] = repaired(values[v], 0);
-                break;
-            case Channels::Green:
-                rgb[v][1] = repaired(values[v], 0);
-                break;
-            case Channels::Blue:
-                rgb[v][2] = repaired(values[v], 0);
-                break;
-            case Channels::Rgb:
-            case Channels::ColouredIrradiance: {
+    const auto setLight = [&](std::size_t component, std::size_t of, std::size_t number) {
+        const auto half = halves(values + number, of, component < 3 ? -kLargestHalf : 0);
+        for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) light[v][component] = half[v];
+    };
+    const auto setColour = [&](std::size_t component, std::size_t of, std::size_t number) {
+        const auto half = halves(values + number, of, 0);
+        for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) rgb[v][component] = half[v];
+    };
+    switch (channels) {
+        case Channels::FluxAndIrradiance:
+            for (std::size_t c = 0; c < 4; ++c) setLight(c, 4, c);
+            break;
+        case Channels::Irradiance:
+            setLight(3, 1, 0);
+            break;
+        case Channels::FluxX:
+        case Channels::FluxY:
+        case Channels::FluxZ:
+            setLight(static_cast<std::size_t>(channels) - static_cast<std::size_t>(Channels::FluxX), 1, 0);
+            break;
+        case Channels::Red:
+        case Channels::Green:
+        case Channels::Blue:
+            setColour(static_cast<std::size_t>(channels) - static_cast<std::size_t>(Channels::Red), 1, 0);
+            break;
+        case Channels::Rgb:
+        case Channels::ColouredIrradiance:
+            for (std::size_t c = 0; c < 3; ++c) setColour(c, 3, c);
+            if (channels == Channels::Rgb) break;
+            for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) {
                 float sum = 0;
-                for (std::size_t c = 0; c < 3; ++c) {
-                    rgb[v][c] = repaired(values[3 * v + c], 0);
-                    sum += floatOfHalf(rgb[v][c]);
-                }
-                if (channels == Channels::ColouredIrradiance) light[v][3] = halfOfFloat(sum / 3);
-                break;
+                for (const Half half : rgb[v]) sum += floatOfHalf(half);
+                light[v][3] = halfOfFloat(sum / 3);
             }
-            case Channels::Direction: {
-                const float irradiance = floatOfHalf(light[v][3]);
-                for (std::size_t c = 0; c < 3; ++c) light[v][c] = repaired(irradiance * values[3 * v + c], kLeastFlux);
-                break;
+            break;
+        case Channels::Direction:
+            for (std::size_t v = 0; v < VolumeData::kVoxels; ++v) {
+                const float mean = floatOfHalf(light[v][3]);
+                for (std::size_t c = 0; c < 3; ++c) light[v][c] = repaired(mean * values[3 * v + c], -kLargestHalf);
             }
-        }
+            break;
     }
 }
 

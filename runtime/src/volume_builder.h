@@ -58,6 +58,8 @@ public:
 private:
     void requireMemory(std::uint64_t bytes) const;
     Half repaired(float value, float least);
+    /// 512 values, `stride` apart, of one component as halves.
+    std::array<Half, VolumeData::kVoxels> halves(const float* values, std::size_t stride, float least);
 
     std::shared_ptr<VolumeData> data_;
     std::uint64_t largest_memory_;

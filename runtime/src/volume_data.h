@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "photic/runtime.h"
@@ -29,6 +31,11 @@ struct VoxelTransform {
                         {world[0] - origin_world[0], world[1] - origin_world[1], world[2] - origin_world[2]});
     }
 };
+
+/// Checks `world_from_index` and `origin_world` and sets `index_from_world`.
+/// @param what  names the file or the grid in errors
+/// @throws Failure{Format} for a transform that is not finite, has no inverse, or has voxels too small to be any
+void finishTransform(VoxelTransform& transform, const std::string& what);
 
 /// Quotient rounded down; b > 0.
 inline int floorDivide(int a, int b) { return a / b - (a % b < 0); }
@@ -83,7 +90,15 @@ struct VolumeData {
     }
 };
 
-/// Finds lit_min, lit_max and lit_voxels, then the period in voxels from that of the metadata in metres.
+/// What part of its fluence rate a surface gets: max(0, -normal . flux) / mean, the normal made unit.
+inline double towards(const Vec3& normal, const Double3& flux, double mean) {
+    const double length = std::sqrt(normal.x * normal.x + normal.y * normal.y + normal.z * normal.z);
+    const double along = -(normal.x * flux[0] + normal.y * flux[1] + normal.z * flux[2]);
+    return along > 0 && mean > 0 && length > 0 ? along / (mean * length) : 0;
+}
+
+/// Finds lit_min, lit_max and lit_voxels, the period in voxels from that of the metadata in metres, and the water's
+/// surface where the metadata do not know it.
 /// @throws Failure{Format} when the period is no whole number of voxels along one of the grid's axes
 void finishVolume(VolumeData& data);
 

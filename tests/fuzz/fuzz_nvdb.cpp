@@ -37,20 +37,23 @@ std::vector<GoodFile> makeGoodFiles() {
     for (const test::NvdbEncoding encoding : {test::NvdbEncoding::Vec4, test::NvdbEncoding::Fp16,
                                               test::NvdbEncoding::Floats, test::NvdbEncoding::Direction}) {
         for (const bool coloured : {false, true}) {
-            test::NvdbSpec spec;
-            // Two tiles in the root for one of them: the files are twice as large.
-            const int first = encoding == test::NvdbEncoding::Floats ? -3 : 1;
-            spec.min = {first, 0, 4};
-            spec.max = {first + 12, 4, 9};
-            spec.values = test::swirl;
-            spec.encoding = encoding;
-            spec.coloured = coloured;
-            spec.json = R"({"version": 1, "reference_irradiance": 1000, "ior": 1.33, "period": [13, 0, 0]})";
-            GoodFile file{test::makeNvdb(spec), {}};
-            for (std::size_t i = 0; i < file.bytes.size(); ++i) {
-                if (file.bytes[i] != 0) file.live.push_back(i);
+            for (const test::NvdbPacking packing : {test::NvdbPacking::None, test::NvdbPacking::Blosc}) {
+                test::NvdbSpec spec;
+                // Two tiles in the root for one of them: the files are twice as large.
+                const int first = encoding == test::NvdbEncoding::Floats ? -3 : 1;
+                spec.min = {first, 0, 4};
+                spec.max = {first + 12, 4, 9};
+                spec.values = test::swirl;
+                spec.encoding = encoding;
+                spec.coloured = coloured;
+                spec.packing = packing;
+                spec.json = R"({"version": 1, "reference_irradiance": 1000, "ior": 1.33, "period": [13, 0, 0]})";
+                GoodFile file{test::makeNvdb(spec), {}};
+                for (std::size_t i = 0; i < file.bytes.size(); ++i) {
+                    if (file.bytes[i] != 0) file.live.push_back(i);
+                }
+                files.push_back(std::move(file));
             }
-            files.push_back(std::move(file));
         }
     }
     return files;

@@ -47,13 +47,15 @@ void expectHarmless(const Volume& volume) {
     }
 }
 
-FileBytes smallFile(NvdbEncoding encoding, bool coloured, int first_x = 1) {
+FileBytes smallFile(NvdbEncoding encoding, bool coloured, int first_x = 1,
+                    test::NvdbPacking packing = test::NvdbPacking::None) {
     NvdbSpec spec;
     spec.min = {first_x, 0, 0};
     spec.max = {13, 4, 4};
     spec.values = test::swirl;
     spec.encoding = encoding;
     spec.coloured = coloured;
+    spec.packing = packing;
     spec.json = R"({"version": 1, "reference_irradiance": 1000, "ior": 1.33, "period": [0, 0, 0]})";
     return test::makeNvdb(spec);
 }
@@ -71,12 +73,27 @@ TEST(NvdbDamage, EveryTruncatedLengthIsRefused) {
         EXPECT_FALSE(readCopy(file, size).ok());
 }
 
+TEST(NvdbDamage, TruncatedLengthsOfAPackedFileAreRefused) {
+    const FileBytes file = smallFile(NvdbEncoding::Fp16, false, 1, test::NvdbPacking::Blosc);
+    ASSERT_TRUE(readCopy(file, file.size()).ok());
+    for (std::size_t size = 0; size < file.size(); size += size < 1000 ? 1 : 29) {
+        const auto volume = readCopy(file, size);
+        ASSERT_FALSE(volume.ok()) << size << " of " << file.size();
+        ASSERT_EQ(volume.error().code, ErrorCode::Format) << volume.error().message;
+    }
+}
+
 TEST(NvdbDamage, MutationsDoNoHarm) {
     std::mt19937_64 random(7);
     const auto upTo = [&](std::size_t n) { return static_cast<std::size_t>(random() % n); };
     int loaded = 0, refused = 0;
-    for (const NvdbEncoding encoding : {NvdbEncoding::Vec4, NvdbEncoding::Fp16, NvdbEncoding::Direction}) {
-        const FileBytes file = smallFile(encoding, encoding == NvdbEncoding::Direction);
+    using test::NvdbPacking;
+    for (const auto& [encoding, packing] : {std::pair{NvdbEncoding::Vec4, NvdbPacking::None},
+                                            {NvdbEncoding::Fp16, NvdbPacking::None},
+                                            {NvdbEncoding::Direction, NvdbPacking::None},
+                                            {NvdbEncoding::Fp16, NvdbPacking::Blosc},
+                                            {NvdbEncoding::Vec4, NvdbPacking::Blosc}}) {
+        const FileBytes file = smallFile(encoding, encoding == NvdbEncoding::Direction, 1, packing);
         // Bytes that steer the reader: all that is not zero outside of leaves' values, found by what they are.
         std::vector<std::size_t> live;
         for (std::size_t i = 0; i < file.size(); ++i) {
@@ -155,7 +172,12 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"magic", "no NanoVDB file", [](FileBytes& f, std::size_t) { f[0] = 'X'; }},
         Damage{"version", "only 32.x", [](FileBytes& f, std::size_t) { put<std::uint32_t>(f, 8, 31U << 21); }},
         Damage{"zipped", "compressed", [](FileBytes& f, std::size_t) { put<std::uint16_t>(f, 16 + 168, 1); }},
-        Damage{"sizes differ", "size in the file", [](FileBytes& f, std::size_t) { put<std::uint64_t>(f, 16 + 8, 5); }},
+        Damage{"packed beyond belief", "size in memory",
+               [](FileBytes& f, std::size_t) {
+                   put<std::uint16_t>(f, 14, 2), put<std::uint16_t>(f, 16 + 168, 2);
+                   put<std::uint64_t>(f, 16, 1ULL << 60);
+               }},
+        Damage{"sizes differ", "size in memory", [](FileBytes& f, std::size_t) { put<std::uint64_t>(f, 16 + 8, 5); }},
         Damage{"endless name", "no end", [](FileBytes& f, std::size_t g) { std::memset(f.data() + g + 40, 'a', 256); }},
         Damage{"other name", "no grid `flux`", [](FileBytes& f, std::size_t g) { f[g + 40] = 'F'; }},
         Damage{"endless transform", "not finite",

@@ -82,7 +82,10 @@ public:
         for (const auto& handle : handles_) size += handle.size();
         // NanoVDB skips forward past the end, which only a stream that is long enough allows.
         std::stringstream out(std::string(size, '\0'));
-        nanovdb::io::writeGrids(out, handles_);
+        const auto codec = spec_.packing == NvdbPacking::Blosc ? nanovdb::io::Codec::BLOSC
+                           : spec_.packing == NvdbPacking::Zip ? nanovdb::io::Codec::ZIP
+                                                               : nanovdb::io::Codec::NONE;
+        nanovdb::io::writeGrids(out, handles_, codec);
         const std::string written = out.str();
         return {written.begin(), written.begin() + static_cast<std::streamoff>(out.tellp())};
     }

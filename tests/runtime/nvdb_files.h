@@ -16,6 +16,9 @@ enum class NvdbEncoding {
     Direction  ///< `irradiance` and `direction`, as nanovdb_convert writes a .vdb
 };
 
+/// How NanoVDB packs its grids.
+enum class NvdbPacking { None, Zip, Blosc };
+
 /// flux.xyz, mean irradiance, irradiance per channel.
 using LightValues = std::array<float, 7>;
 
@@ -25,6 +28,7 @@ struct NvdbSpec {
     std::function<bool(int i, int j, int k)> active;  ///< all, when empty
     bool coloured = false;
     NvdbEncoding encoding = NvdbEncoding::Vec4;
+    NvdbPacking packing = NvdbPacking::None;
     std::array<double, 9> world_from_index{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< by rows
     std::array<double, 3> origin_world{0, 0, 0};
     std::string json;  ///< blind data `photic` of the first grid; none when empty

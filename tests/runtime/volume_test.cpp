@@ -9,6 +9,8 @@
 #include <random>
 
 #include "photic/runtime.h"
+#include "photic/runtime_gl.h"
+#include "runtime/src/volume_data.h"
 #include "tests/runtime/nvdb_files.h"
 
 namespace photic::runtime {
@@ -151,6 +153,58 @@ TEST(Volume, InactiveVoxelsAreDark) {
     }
 }
 
+TEST(Volume, PackedFilesAreTheSameVolume) {
+    for (const NvdbEncoding encoding : {NvdbEncoding::Vec4, NvdbEncoding::Fp16}) {
+        for (const bool coloured : {false, true}) {
+            NvdbSpec spec = swirlSpec(encoding, coloured);
+            spec.active = [](int i, int j, int k) { return (i * j + k) % 5 != 0; };
+            spec.json = R"({"reference_irradiance": 800, "period": [26, 0, 0]})";
+            const Volume plain = load(spec);
+            spec.packing = test::NvdbPacking::Blosc;
+            const Volume packed = load(spec);
+            EXPECT_EQ(packed.data().light, plain.data().light);
+            EXPECT_EQ(packed.data().rgb, plain.data().rgb);
+            EXPECT_EQ(packed.data().pages, plain.data().pages);
+            EXPECT_EQ(packed.data().lit_min, plain.data().lit_min);
+            EXPECT_EQ(packed.data().lit_max, plain.data().lit_max);
+            EXPECT_EQ(packed.litVoxelCount(), plain.litVoxelCount());
+            EXPECT_EQ(packed.data().period, plain.data().period);
+            EXPECT_EQ(packed.metadata().reference_irradiance, 800);
+        }
+    }
+}
+
+TEST(Volume, PackedFilesAreNotMuchLargerThanInMemory) {
+    NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
+    spec.max = {100, 90, 70};
+    spec.packing = test::NvdbPacking::Blosc;
+    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(load(spec).bytes()));
+    // A floor's band: nearly all of the trees is empty.
+    spec.active = [](int, int, int k) { return k == 3 || k == 4; };
+    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(load(spec).bytes()));
+}
+
+TEST(Volume, UnpackingIsBounded) {
+    NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
+    spec.packing = test::NvdbPacking::Blosc;
+    const auto bytes = test::makeNvdb(spec);
+    LoadOptions small;
+    small.largest_file = 2 * bytes.size();
+    const auto volume = readVolume(bytes.data(), bytes.size(), small);
+    ASSERT_FALSE(volume.ok());
+    EXPECT_EQ(volume.error().code, ErrorCode::Limit);
+    EXPECT_NE(volume.error().message.find("largest_file"), std::string::npos) << volume.error().message;
+}
+
+TEST(Volume, ZippedFilesAreRefusedByName) {
+    NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
+    spec.packing = test::NvdbPacking::Zip;
+    const auto bytes = test::makeNvdb(spec);
+    const auto volume = readVolume(bytes.data(), bytes.size());
+    ASSERT_FALSE(volume.ok());
+    EXPECT_NE(volume.error().message.find("codec 1"), std::string::npos) << volume.error().message;
+}
+
 TEST(Volume, PointsFarAwayAndNotANumberAreDark) {
     const Volume volume = load(swirlSpec(NvdbEncoding::Vec4, false));
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
@@ -200,6 +254,28 @@ TEST(Volume, MetadataAreRead) {
     EXPECT_EQ(m.absorption.z, 0.05);
     EXPECT_EQ(m.anisotropy, 0.8);
     EXPECT_EQ(m.paths, "all");
+}
+
+TEST(Volume, TheMediumEndsAtTheWater) {
+    NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
+    spec.world_from_index = {0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.25};
+    spec.origin_world = {0, 0, 1};
+    // Not said: below the highest of the voxels with light, 9 and a half in index.
+    spec.json = R"({"scattering": 0.1})";
+    const Metadata unknown = load(spec).metadata();
+    EXPECT_DOUBLE_EQ(unknown.surface[3], 1 + 9.5 * 0.25);
+    EXPECT_FLOAT_EQ(mediumOf(unknown).surface[2], 1);
+    EXPECT_FLOAT_EQ(mediumOf(unknown).surface[3], 1 + 9.5 * 0.25);
+    spec.json = R"({"scattering": 0.1, "water_level": 2.75, "scene_hash": "0123456789abcdef"})";
+    const Metadata known = load(spec).metadata();
+    EXPECT_EQ(known.surface[3], 2.75);
+    EXPECT_FLOAT_EQ(mediumOf(known).surface[3], 2.75F);
+    EXPECT_EQ(known.scene_hash, "0123456789abcdef");
+    spec.json = R"({"water_level": 2, "up_axis": "Y"})";
+    EXPECT_EQ(load(spec).metadata().surface[1], 1);
+    EXPECT_EQ(load(spec).metadata().surface[2], 0);
+    // Of darkness nothing is known: everywhere, as MediumOptions has it.
+    EXPECT_FLOAT_EQ(mediumOf(Volume().metadata()).surface[2], 0);
 }
 
 TEST(Volume, PeriodicLightRepeats) {

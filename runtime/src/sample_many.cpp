@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// Look-ups by the thousand: positions are turned into places in memory first, all of which are fetched at once, and
+// only then are the halves read and mixed, in float. One by one each look-up would wait for its memory.
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/src/volume_data.h"
+
+namespace photic::runtime {
+namespace {
+
+/// So many are under way at once: their lines of memory fit the nearest cache.
+constexpr std::size_t kBlock = 32;
+constexpr double kFarthestIndex = 1e9;  // what floor() of still fits an int
+
+using Float4 = std::array<float, 4>;
+
+Float4 mixed(const Float4& a, const Float4& b, float part) {
+    Float4 out;
+    for (std::size_t c = 0; c < 4; ++c) out[c] = a[c] + part * (b[c] - a[c]);
+    return out;
+}
+
+Float4 floats(const Half4& halves) {
+    Float4 out;
+    for (std::size_t c = 0; c < 4; ++c) out[c] = floatOfFiniteHalf(halves[c]);
+    return out;
+}
+
+Float4 floats(const std::array<Half, 3>& halves) {
+    return {floatOfFiniteHalf(halves[0]), floatOfFiniteHalf(halves[1]), floatOfFiniteHalf(halves[2]), 0};
+}
+
+void fetch(const void* address) {
+#if defined(__GNUC__)
+    __builtin_prefetch(address);
+#else
+    (void)address;
+#endif
+}
+
+/// The eight voxels around a position, x fastest, and where it lies between them.
+struct Place {
+    std::array<std::size_t, 8> slots;
+    std::array<float, 3> fraction;
+};
+
+Place placeOf(const VolumeData& data, const Vec3& world) {
+    Place place{};  // brick 0: darkness
+    const Double3 index = data.transform.indexOf({world.x, world.y, world.z});
+    Int3 low;
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (!(std::fabs(index[a]) < kFarthestIndex)) return place;  // NaN too
+        const double floor = std::floor(index[a]);
+        low[a] = static_cast<int>(floor);
+        place.fraction[a] = static_cast<float>(index[a] - floor);
+    }
+    const bool repeats = data.period != Int3{0, 0, 0};
+    if (!repeats && (low[0] & 7) != 7 && (low[1] & 7) != 7 && (low[2] & 7) != 7) {
+        // Two of three: all eight lie in one brick.
+        const std::size_t first = data.slot(low[0], low[1], low[2]);
+        for (std::size_t corner = 0; corner < 8; ++corner)
+            place.slots[corner] = first + (corner & 1) + 8 * (corner >> 1 & 1) + 64 * (corner >> 2);
+        return place;
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+        place.slots[static_cast<std::size_t>(corner)] =
+            data.slot(low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2));
+    }
+    return place;
+}
+
+template <class Voxel>
+Float4 interpolated(const std::vector<Voxel>& voxels, const Place& place) {
+    std::array<Float4, 4> rows;
+    for (std::size_t r = 0; r < 4; ++r)
+        rows[r] = mixed(floats(voxels[place.slots[2 * r]]), floats(voxels[place.slots[2 * r + 1]]), place.fraction[0]);
+    return mixed(mixed(rows[0], rows[1], place.fraction[1]), mixed(rows[2], rows[3], place.fraction[1]),
+                 place.fraction[2]);
+}
+
+/// Calls use(number, light, colour) for each position: flux.xyz and mean, then r, g, b, as they are stored.
+template <class Use>
+void sampleBlocks(const VolumeData& data, std::span<const Vec3> world, const Use& use) {
+    std::array<Place, kBlock> places;
+    for (std::size_t first = 0; first < world.size(); first += kBlock) {
+        const std::size_t count = std::min(kBlock, world.size() - first);
+        for (std::size_t i = 0; i < count; ++i) {
+            places[i] = placeOf(data, world[first + i]);
+            // Voxels that follow one another along x lie on one line of memory, as a rule.
+            for (const std::size_t corner : {0, 2, 4, 6}) {
+                fetch(&data.light[places[i].slots[corner]]);
+                if (data.coloured) fetch(&data.rgb[places[i].slots[corner]]);
+            }
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const Float4 light = interpolated(data.light, places[i]);
+            const Float4 colour =
+                data.coloured ? interpolated(data.rgb, places[i]) : Float4{light[3], light[3], light[3], 0};
+            use(first + i, light, colour);
+        }
+    }
+}
+
+Vec3 scaled(const Float4& v, double by) {
+    return {by * static_cast<double>(v[0]), by * static_cast<double>(v[1]), by * static_cast<double>(v[2])};
+}
+
+}  // namespace
+
+void Volume::sample(std::span<const Vec3> world, std::span<Light> light) const {
+    const double scale = data_->metadata.reference_irradiance;
+    sampleBlocks(*data_, world.first(std::min(world.size(), light.size())),
+                 [&](std::size_t i, const Float4& flux, const Float4& colour) {
+                     light[i].flux = scaled(flux, scale);
+                     light[i].irradiance = scaled(colour, scale);
+                 });
+}
+
+void Volume::irradiance(std::span<const Vec3> world, std::span<const Vec3> normals, std::span<Vec3> out) const {
+    const std::size_t count = std::min({world.size(), normals.size(), out.size()});
+    const bool directed = data_->has_direction;
+    sampleBlocks(*data_, world.first(count), [&](std::size_t i, const Float4& flux, const Float4& colour) {
+        double factor = data_->metadata.reference_irradiance;
+        if (directed) factor *= towards(normals[i], {flux[0], flux[1], flux[2]}, static_cast<double>(flux[3]));
+        out[i] = scaled(colour, factor);
+    });
+}
+
+}  // namespace photic::runtime
