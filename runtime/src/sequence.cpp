@@ -13,24 +13,50 @@
 
 namespace photic::runtime {
 
+namespace {
+
+/// The frames on either side of a time, and how much of the second.
+struct Neighbours {
+    int frames[2];
+    double weight;
+};
+
+}  // namespace
+
 struct VolumeSequence::Impl {
-    Impl(std::vector<std::string> files, const SequenceOptions& with) : paths(std::move(files)), options(with) {}
+    Impl(std::vector<std::string> files, const SequenceOptions& with)
+        : paths(std::move(files)), count(static_cast<int>(paths.size())), options(with) {}
     ~Impl();
     void run();
-    int followerOf(int frame) const;
+
+    bool loops() const { return options.end == SequenceEnd::Loop; }
+    /// Frames from the beginning, 0 to below count; up to count - 1 where the end is held.
+    double positionOf(double seconds) const;
+    /// The frame `steps` after or before one; nothing beyond an end that is held.
+    std::optional<int> stepped(int frame, int steps) const;
+    // Under the mutex:
+    /// The nearest frames before and after that have not failed; nothing when all have.
+    std::optional<Neighbours> neighboursOf(double position) const;
+    double distance(int frame) const;  ///< from the time that was asked for last [frames]
+    /// Of the loaded ones; nothing while there are none.
+    std::optional<int> nearestLoaded() const;
+    void want(const Neighbours& shown);
+    void dropUnwanted();
 
     const std::vector<std::string> paths;
+    const int count;
     const SequenceOptions options;
 
     std::mutex mutex;
     std::condition_variable wanted_changed, loaded_changed;
     // Guarded by the mutex.
+    double position = 0;      ///< that was asked for last
     std::vector<int> wanted;  ///< most urgent first
-    std::map<int, Result<Volume>> loaded;
+    std::map<int, Volume> loaded;
+    std::map<int, Error> failed;
     bool stopping = false;
 
-    std::optional<Moment> last;  ///< only the asking thread's
-    std::thread thread;          ///< last: it uses all of the above
+    std::thread thread;  ///< last: it uses all of the above
 };
 
 VolumeSequence::Impl::~Impl() {
@@ -42,28 +68,90 @@ VolumeSequence::Impl::~Impl() {
     if (thread.joinable()) thread.join();
 }
 
-int VolumeSequence::Impl::followerOf(int frame) const {
-    const int count = static_cast<int>(paths.size());
-    return options.end == SequenceEnd::Loop ? (frame + 1) % count : std::min(frame + 1, count - 1);
+double VolumeSequence::Impl::positionOf(double seconds) const {
+    const double frames = seconds * options.frames_per_second;
+    if (!loops()) return std::clamp(frames, 0.0, static_cast<double>(count - 1));
+    const double rest = frames - count * std::floor(frames / count);
+    return rest < count ? rest : 0;  // rounding may have made it the count itself
+}
+
+std::optional<int> VolumeSequence::Impl::stepped(int frame, int steps) const {
+    const int to = frame + steps;
+    if (loops()) return (to % count + count) % count;
+    if (to < 0 || to >= count) return std::nullopt;
+    return to;
+}
+
+std::optional<Neighbours> VolumeSequence::Impl::neighboursOf(double at) const {
+    const int frame = static_cast<int>(at);
+    // How many steps it is to the next frame that has not failed, from `frame` on.
+    const auto search = [&](int first, int direction) -> std::optional<int> {
+        for (int steps = first; steps < first + count; ++steps) {
+            const std::optional<int> to = stepped(frame, direction * steps);
+            if (!to) return std::nullopt;
+            if (failed.count(*to) == 0) return steps;
+        }
+        return std::nullopt;
+    };
+    std::optional<int> before = search(0, -1), after = search(1, 1);
+    if (!before && !after) return std::nullopt;
+    if (!before) before = -*after;  // beyond the first or the last frame that loads, that one stays
+    if (!after) after = -*before;
+    const int span = *before + *after;
+    return Neighbours{{*stepped(frame, -*before), *stepped(frame, *after)},
+                      span == 0 ? 0 : std::clamp((at - frame + *before) / span, 0.0, 1.0)};
+}
+
+double VolumeSequence::Impl::distance(int frame) const {
+    const double apart = std::fabs(frame - position);
+    return loops() ? std::min(apart, count - apart) : apart;
+}
+
+std::optional<int> VolumeSequence::Impl::nearestLoaded() const {
+    const auto nearest = std::min_element(loaded.begin(), loaded.end(), [&](const auto& a, const auto& b) {
+        return distance(a.first) < distance(b.first);
+    });
+    return nearest == loaded.end() ? std::nullopt : std::optional(nearest->first);
+}
+
+void VolumeSequence::Impl::want(const Neighbours& shown) {
+    wanted.assign(shown.frames, shown.frames + 2);
+    std::optional<int> next = shown.frames[1];
+    for (int n = 0; n < options.ahead; ++n) {
+        next = stepped(*next, 1);
+        if (!next) break;
+        if (failed.count(*next) == 0) wanted.push_back(*next);
+    }
+    wanted_changed.notify_all();
+}
+
+void VolumeSequence::Impl::dropUnwanted() {
+    // Until the frames of now are there, the nearest one is shown: it stays.
+    const std::optional<int> nearest = nearestLoaded();
+    std::erase_if(loaded, [&](const auto& entry) {
+        return entry.first != *nearest && std::find(wanted.begin(), wanted.end(), entry.first) == wanted.end();
+    });
 }
 
 void VolumeSequence::Impl::run() {
     std::unique_lock lock(mutex);
     while (true) {
         const auto missing = [&] {
-            return std::find_if(wanted.begin(), wanted.end(), [&](int frame) { return loaded.count(frame) == 0; });
+            return std::find_if(wanted.begin(), wanted.end(),
+                                [&](int frame) { return loaded.count(frame) == 0 && failed.count(frame) == 0; });
         };
         wanted_changed.wait(lock, [&] { return stopping || missing() != wanted.end(); });
         if (stopping) return;
         const int frame = *missing();
-        // What is no longer wanted makes room first.
-        std::erase_if(loaded, [&](const auto& entry) {
-            return std::find(wanted.begin(), wanted.end(), entry.first) == wanted.end();
-        });
+        dropUnwanted();  // makes room first
         lock.unlock();
         Result<Volume> volume = loadVolume(paths[static_cast<std::size_t>(frame)], options.load);
         lock.lock();
-        loaded.emplace(frame, std::move(volume));
+        if (volume) {
+            loaded.emplace(frame, std::move(*volume));
+        } else {
+            failed.emplace(frame, volume.error());
+        }
         loaded_changed.notify_all();
     }
 }
@@ -73,7 +161,7 @@ VolumeSequence::VolumeSequence(VolumeSequence&&) noexcept = default;
 VolumeSequence& VolumeSequence::operator=(VolumeSequence&&) noexcept = default;
 VolumeSequence::~VolumeSequence() = default;
 
-int VolumeSequence::frameCount() const { return static_cast<int>(impl_->paths.size()); }
+int VolumeSequence::frameCount() const { return impl_->count; }
 
 Result<VolumeSequence> VolumeSequence::open(std::vector<std::string> paths, const SequenceOptions& options) {
     return guarded([&]() -> Result<VolumeSequence> {
@@ -93,39 +181,39 @@ Result<Moment> VolumeSequence::at(double seconds, WhenLate when_late) {
     return guarded([&]() -> Result<Moment> {
         Impl& impl = *impl_;
         if (!std::isfinite(seconds)) fail(ErrorCode::Usage, "the time is not finite");
-        const auto count = static_cast<double>(impl.paths.size());
-        double position = seconds * impl.options.frames_per_second;
-        if (impl.options.end == SequenceEnd::Loop) {
-            position -= count * std::floor(position / count);
-        } else {
-            position = std::clamp(position, 0.0, count - 1);
-        }
-        Moment moment;
-        // Rounding may have made it the count itself.
-        moment.frames[0] = std::min(static_cast<int>(position), static_cast<int>(impl.paths.size()) - 1);
-        moment.frames[1] = impl.followerOf(moment.frames[0]);
-        moment.weight = std::clamp(position - moment.frames[0], 0.0, 1.0);
-
         std::unique_lock lock(impl.mutex);
-        impl.wanted.assign(moment.frames, moment.frames + 2);
-        for (int n = 0, frame = moment.frames[1]; n < impl.options.ahead; ++n) {
-            impl.wanted.push_back(frame = impl.followerOf(frame));
+        impl.position = impl.positionOf(seconds);
+        const int frame = static_cast<int>(impl.position);
+        Moment moment;
+        while (true) {
+            const std::optional<Neighbours> shown = impl.neighboursOf(impl.position);
+            if (!shown) return impl.failed.begin()->second;
+            impl.want(*shown);
+            const bool ready = impl.loaded.count(shown->frames[0]) != 0 && impl.loaded.count(shown->frames[1]) != 0;
+            if (ready || when_late == WhenLate::ShowNearest) {
+                std::copy_n(shown->frames, 2, moment.frames);
+                moment.weight = shown->weight;
+                moment.late = !ready;
+                break;
+            }
+            // A frame that turns out not to load changes who the neighbours are.
+            const std::size_t failures = impl.failed.size();
+            impl.loaded_changed.wait(lock, [&] {
+                return impl.failed.size() != failures ||
+                       (impl.loaded.count(shown->frames[0]) != 0 && impl.loaded.count(shown->frames[1]) != 0);
+            });
         }
-        impl.wanted_changed.notify_all();
-        const auto ready = [&] { return impl.loaded.count(moment.frames[0]) && impl.loaded.count(moment.frames[1]); };
-        if (when_late == WhenLate::Wait) impl.loaded_changed.wait(lock, ready);
-        if (!ready()) {
-            if (impl.last) moment = *impl.last;
-            moment.late = true;
-            return moment;
+        for (const std::optional<int> own : {std::optional(frame), impl.stepped(frame, 1)}) {
+            const auto failure = own ? impl.failed.find(*own) : impl.failed.end();
+            if (failure != impl.failed.end() && !moment.failure) moment.failure = failure->second;
         }
-        for (int n = 0; n < 2; ++n) {
-            const Result<Volume>& volume = impl.loaded.at(moment.frames[n]);
-            if (!volume) return volume.error();
-            moment.volumes[n] = *volume;
+        if (moment.late) {
+            const std::optional<int> nearest = impl.nearestLoaded();
+            if (!nearest) return moment;
+            moment.frames[0] = moment.frames[1] = *nearest;
+            moment.weight = 0;
         }
-        lock.unlock();
-        impl.last = moment;
+        for (int n = 0; n < 2; ++n) moment.volumes[n] = impl.loaded.at(moment.frames[n]);
         return moment;
     });
 }

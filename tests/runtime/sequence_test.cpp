@@ -2,12 +2,15 @@
 // Frames are loaded ahead, shown at their time, looped and blended.
 #include "photic/sequence.h"
 
+#include <sys/stat.h>
+
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "photic/volume_load.h"
 #include "tests/runtime/gpu_fixture.h"
 
 namespace photic::runtime {
@@ -87,10 +90,10 @@ TEST_F(Sequences, NeverWaitsUnlessAsked) {
     ASSERT_TRUE(first.ok());
     EXPECT_TRUE(first->late);  // the thread has only just been asked
     ASSERT_NEAR(valueAt(sequence, 0, light), 1, 1e-9);
-    // Far ahead, nothing of it loaded: what was shown last, until it is there.
+    // Far ahead: the nearest that is loaded, until it is there itself.
     const auto jumped = sequence.at(1.0);
     ASSERT_TRUE(jumped.ok());
-    EXPECT_NEAR(light(*jumped), jumped->late ? 1 : 3, 1e-9);
+    EXPECT_GE(light(*jumped), jumped->late ? 2 - 1e-9 : 3 - 1e-9);
     double value = 0;
     for (int i = 0; i < 2000 && value != 3; ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -113,17 +116,103 @@ TEST_F(Sequences, NextFramesAreLoadedAhead) {
     EXPECT_NEAR(valueAt(sequence, 1.25, light), 3.5, 1e-9);
 }
 
-TEST_F(Sequences, FramesThatDoNotLoadAreErrors) {
-    std::filesystem::remove(paths_[2]);
+TEST_F(Sequences, NeighboursStandInForFramesThatDoNotLoad) {
+    for (const bool missing : {true, false}) {
+        if (missing) {
+            std::filesystem::remove(paths_[2]);
+        } else {
+            std::ofstream(paths_[2], std::ios::binary) << "NanoVDB0, but cut short";
+        }
+        VolumeSequence sequence = open();
+        EXPECT_NEAR(valueAt(sequence, 0, light), 1, 1e-9);
+        // Frames 1 and 3 are 2 and 4: frame 2 lies in the middle of them.
+        for (const auto& [seconds, expected] : {std::pair{0.75, 2.5}, {1.0, 3.0}, {1.25, 3.5}}) {
+            const auto moment = sequence.at(seconds, WhenLate::Wait);
+            ASSERT_TRUE(moment.ok());
+            EXPECT_NEAR(light(*moment), expected, 1e-9) << seconds;
+            ASSERT_TRUE(moment->failure.has_value()) << seconds;
+            EXPECT_NE(moment->failure->message.find(paths_[2]), std::string::npos);
+        }
+        const auto whole = sequence.at(0.25, WhenLate::Wait);
+        ASSERT_TRUE(whole.ok());
+        EXPECT_NEAR(light(*whole), 1.5, 1e-9);
+        EXPECT_FALSE(whole->failure.has_value());
+    }
+}
+
+TEST_F(Sequences, HeldEndsStandInToo) {
+    options_.end = SequenceEnd::Hold;
+    std::filesystem::remove(paths_[0]);
+    std::filesystem::remove(paths_[3]);
     VolumeSequence sequence = open();
-    EXPECT_NEAR(valueAt(sequence, 0, light), 1, 1e-9);
-    const auto missing = sequence.at(1.0, WhenLate::Wait);
-    ASSERT_FALSE(missing.ok());
-    EXPECT_NE(missing.error().message.find(paths_[2]), std::string::npos);
-    EXPECT_NEAR(valueAt(sequence, 0.25, light), 1.5, 1e-9);
+    for (const auto& [seconds, expected] : {std::pair{0.0, 2.0}, {0.4, 2.0}, {0.75, 2.5}, {1.25, 3.0}, {9.0, 3.0}})
+        EXPECT_NEAR(valueAt(sequence, seconds, light), expected, 1e-9) << seconds;
+}
+
+TEST_F(Sequences, OnlyWhenNoFrameLoadsItIsAnError) {
+    for (std::size_t n = 0; n < 3; ++n) std::filesystem::remove(paths_[n]);
+    {
+        VolumeSequence sequence = open();
+        for (const double seconds : {0.0, 0.6, 1.1, 1.7}) EXPECT_NEAR(valueAt(sequence, seconds, light), 4, 1e-9);
+    }
+    std::filesystem::remove(paths_[3]);
+    VolumeSequence sequence = open();
+    const auto nothing = sequence.at(0.2, WhenLate::Wait);
+    ASSERT_FALSE(nothing.ok());
+    EXPECT_NE(nothing.error().message.find(paths_[0]), std::string::npos);
     EXPECT_FALSE(VolumeSequence::open({}).ok());
     options_.frames_per_second = 0;
     EXPECT_FALSE(VolumeSequence::open(paths_, options_).ok());
+}
+
+// Loading that takes longer than frames last: files that give their bytes only when the test says so.
+TEST_F(Sequences, ShowsTheNearestFrameWhereLoadingIsSlow) {
+    std::string contents[2];
+    for (const std::size_t n : {1, 2}) {
+        std::ifstream in(paths_[n], std::ios::binary);
+        contents[n - 1].assign(std::istreambuf_iterator<char>(in), {});
+        std::filesystem::remove(paths_[n]);
+        ASSERT_EQ(::mkfifo(paths_[n].c_str(), 0600), 0);
+    }
+    const auto feed = [&](std::size_t n) {
+        std::ofstream(paths_[n], std::ios::binary)
+            .write(contents[n - 1].data(), static_cast<std::streamsize>(contents[n - 1].size()));
+    };
+    VolumeSequence sequence = open();
+    const auto shownUntil = [&](double seconds, double expected, bool late) {
+        for (int i = 0; i < 4000; ++i) {
+            const auto moment = sequence.at(seconds);
+            if (moment && moment->late == late && std::fabs(light(*moment) - expected) < 1e-9) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        return false;
+    };
+    // Frame 0 is there, frame 1 is still being loaded: frame 0 is shown, at all times.
+    EXPECT_TRUE(shownUntil(0, 1, true));
+    for (const double seconds : {0.3, 0.6, 1.0, 1.4}) EXPECT_TRUE(shownUntil(seconds, 1, true)) << seconds;
+    // Meanwhile it is time for frame 2: frame 1 has come and is nearer.
+    (void)sequence.at(1.0);
+    feed(1);
+    EXPECT_TRUE(shownUntil(1.0, 2, true));
+    feed(2);
+    EXPECT_TRUE(shownUntil(1.0, 3, false));
+}
+
+TEST_F(Sequences, OneVolumeLoadsBesideTheGame) {
+    auto load = VolumeLoad::start(paths_[2]);
+    ASSERT_TRUE(load.ok());
+    for (int i = 0; i < 4000 && !load->done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_TRUE(load->done());
+    for (int again = 0; again < 2; ++again) {
+        const auto volume = load->take();
+        ASSERT_TRUE(volume.ok());
+        EXPECT_NEAR(volume->sample({8, 8, 8}).irradiance.x, 3, 1e-9);
+    }
+    auto missing = VolumeLoad::start(paths_[2] + ".none");
+    ASSERT_TRUE(missing.ok());
+    EXPECT_EQ(missing->take().error().code, ErrorCode::File);
+    // Left before it is done: waits, and nothing else.
+    for (int i = 0; i < 10; ++i) (void)VolumeLoad::start(paths_[1]);
 }
 
 TEST_F(Sequences, StopsWhileLoading) {

@@ -166,9 +166,10 @@ public:
     ~GpuSequence();
 
     /// The volumes to draw with at a time, with weights that add up to 1; none while nothing has been loaded. They are
-    /// the sequence's and last until the next call.
-    /// @return the error of a frame that did not load or fit
-    Result<std::vector<LitVolume>> at(double seconds, WhenLate when_late = WhenLate::ShowLast);
+    /// the sequence's and last until the next call. Frames that do not load are stood in for as VolumeSequence::at
+    /// says.
+    /// @return the error when no frame loads, or of one that does not fit the GPU
+    Result<std::vector<LitVolume>> at(double seconds, WhenLate when_late = WhenLate::ShowNearest);
     void abandon();
 
 private:

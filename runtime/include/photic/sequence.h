@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ enum class SequenceEnd {
     Hold   ///< the last frame stays
 };
 enum class WhenLate {
-    ShowLast,  ///< what was shown last, until the frames are there: never waits
+    ShowNearest,  ///< of the frames that are there the one nearest in time: never waits
     Wait
 };
 
@@ -29,9 +30,11 @@ struct SequenceOptions {
 /// What is shown at one time: two frames and how much of the second.
 struct Moment {
     int frames[2] = {0, 0};  ///< by number in the list of paths
-    Volume volumes[2];
-    double weight = 0;  ///< 0 to 1, of the second; light is (1 - weight) * first + weight * second
-    bool late = false;  ///< the frames of this time are not loaded yet
+    Volume volumes[2];       ///< dark while nothing has been loaded at all
+    double weight = 0;       ///< 0 to 1, of the second; light is (1 - weight) * first + weight * second
+    bool late = false;       ///< the frames of this time are not loaded yet: the nearest one stands in
+    /// Of a frame of this time that is missing or damaged: the frames before and after it stand in.
+    std::optional<Error> failure;
 };
 
 class VolumeSequence {
@@ -42,10 +45,12 @@ public:
     VolumeSequence& operator=(VolumeSequence&&) noexcept;
     ~VolumeSequence();  ///< waits for a load that is under way
 
-    /// Frames at a time, which also has the next ones loaded. One thread at a time may ask.
+    /// Frames at a time, which also has the next ones loaded. One thread at a time may ask. Where loading takes longer
+    /// than a frame lasts, frames are left out and the nearest one that is there is shown; the last one that was shown
+    /// is kept until a nearer one has come. A frame that does not load is not tried again.
     /// @param seconds  from the first frame on; before it is the last frame's time when looped
-    /// @return the error of a frame that did not load, whenever that frame is asked for
-    Result<Moment> at(double seconds, WhenLate when_late = WhenLate::ShowLast);
+    /// @return the error of the first frame when none of them loads
+    Result<Moment> at(double seconds, WhenLate when_late = WhenLate::ShowNearest);
 
     int frameCount() const;
 
