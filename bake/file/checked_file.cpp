@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/file/checked_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 
 #include "bake/report/error.h"
 
@@ -102,34 +99,8 @@ CheckedFileBuffer::pos_type CheckedFileBuffer::seekpos(pos_type position, std::i
     return position;
 }
 
-int CheckedFile::create(std::string& temporary, const std::string& path) {
-    // Renaming onto a device or a folder would replace it.
-    struct stat status {};
-    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-        throw Error(ErrorCode::Failed, fmt::format("cannot write {}: it is no regular file; choose another name", path),
-                    path);
-    // Numbered by process and by call: two bakes may write beside each other.
-    static std::atomic<int> counter{0};
-    const std::filesystem::path target(path);
-    const std::string name = fmt::format(".{}.{}-{}.tmp", target.filename().string(), ::getpid(), counter++);
-    temporary = (target.parent_path() / name).string();
-    const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor < 0)
-        throw Error(ErrorCode::Failed,
-                    fmt::format("cannot write {}: {}; choose a folder that exists and can be written to", path,
-                                std::strerror(errno)),
-                    path);
-    return descriptor;
-}
-
-CheckedFile::CheckedFile(const std::string& path)
-    : path_(path), descriptor_(create(temporary_, path)), buffer_(descriptor_), stream_(&buffer_) {
+CheckedFile::CheckedFile(const std::string& path) : file_(path), buffer_(file_.descriptor()), stream_(&buffer_) {
     stream_.exceptions(std::ios::badbit | std::ios::failbit);
-}
-
-CheckedFile::~CheckedFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
 void CheckedFile::fail(int error_number) const {
@@ -137,38 +108,31 @@ void CheckedFile::fail(int error_number) const {
                          : error_number == EFBIG ? "; raise the limit on file sizes or write elsewhere"
                                                  : "";
     throw Error(ErrorCode::Failed,
-                fmt::format("cannot write {}: {} after {} MiB{}; an existing file was left as it was", path_,
+                fmt::format("cannot write {}: {} after {} MiB{}; an existing file was left as it was", path(),
                             error_number != 0 ? std::strerror(error_number) : "the file is not what was written",
                             buffer_.size() >> 20, remedy),
-                path_);
+                path());
 }
 
 void CheckedFile::finish() {
+    if (finished_) return;
     if (!buffer_.flush()) fail(buffer_.failure());
-    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);  // EINVAL: a file system without fsync
+    if (const int reason = file_.flush()) fail(reason);
     struct stat status {};
-    if (::fstat(descriptor_, &status) != 0) fail(errno);
+    if (::fstat(file_.descriptor(), &status) != 0) fail(errno);
     if (status.st_size != buffer_.size()) fail(0);
+    finished_ = true;
 }
 
 void CheckedFile::patch(std::int64_t position, const std::string& bytes) {
-    if (::pwrite(descriptor_, bytes.data(), bytes.size(), position) != static_cast<ssize_t>(bytes.size())) fail(errno);
-    if (::fsync(descriptor_) != 0 && errno != EINVAL) fail(errno);
+    if (::pwrite(file_.descriptor(), bytes.data(), bytes.size(), position) != static_cast<ssize_t>(bytes.size()))
+        fail(errno);
+    if (const int reason = file_.flush()) fail(reason);
 }
 
 void CheckedFile::commit() {
-    const int closed = ::close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0) fail(errno);
-    if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail(errno);
-    temporary_.clear();
-    // The rename itself must survive a power cut too; a folder that cannot be flushed is no failure of the write.
-    const std::string folder = std::filesystem::path(path_).parent_path().string();
-    const int directory = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (directory >= 0) {
-        ::fsync(directory);
-        ::close(directory);
-    }
+    if (const int reason = file_.commit()) fail(reason);
+    flushFolderOf(file_.target().path);
 }
 
 }  // namespace photic

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "bake/image/pending_file.h"
+
 namespace photic {
 
 /// A stream buffer over a file descriptor that remembers why a write failed, counts bytes, and hashes them.
@@ -48,16 +50,16 @@ class CheckedFile {
 public:
     /// @throws Error{Failed} when it cannot be created
     explicit CheckedFile(const std::string& path);
-    ~CheckedFile();
-    CheckedFile(const CheckedFile&) = delete;
-    CheckedFile& operator=(const CheckedFile&) = delete;
 
     /// Throws std::ios_base::failure when a write fails.
     std::ostream& stream() { return stream_; }
     CheckedFileBuffer& buffer() { return buffer_; }
-    const std::string& temporaryPath() const { return temporary_; }
+    const std::string& path() const { return file_.path(); }
+    const std::string& temporaryPath() const { return file_.temporaryPath(); }
+    PendingFile& pending() { return file_; }
+    bool finished() const { return finished_; }
 
-    /// Flushes to the disk and checks that every byte has arrived. @throws Error{Failed}
+    /// Flushes to the disk and checks that every byte has arrived; nothing is written after that. @throws Error{Failed}
     void finish();
     /// Overwrites bytes near the file's beginning, after finish(). @throws Error{Failed}
     void patch(std::int64_t position, const std::string& bytes);
@@ -67,10 +69,8 @@ public:
     [[noreturn]] void fail(int error_number) const;
 
 private:
-    static int create(std::string& temporary, const std::string& path);
-
-    std::string path_, temporary_;
-    int descriptor_;
+    PendingFile file_;
+    bool finished_ = false;
     CheckedFileBuffer buffer_;
     std::ostream stream_;
 };

@@ -6,10 +6,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <utility>
 
+#include "bake/image/pending_file.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -25,49 +27,66 @@ public:
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
     int get() const { return fd_; }
-    /// Closes now and tells whether the system took the data.
-    bool close() {
-        const int fd = fd_;
-        fd_ = -1;
-        return ::close(fd) == 0;
-    }
 
 private:
     int fd_;
 };
 
+thread_local FilesRead* t_files_read = nullptr;
+
+[[noreturn]] void failToRead(const std::string& path, const std::string& why) {
+    throw Error(ErrorCode::Input, fmt::format("cannot read '{}': {}", path, why));
+}
+
 }  // namespace
 
-void writeFileAtomically(const std::string& path, std::string_view bytes) {
-    // Renaming onto a device or a directory would replace it.
-    struct stat status {};
-    if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-        throw Error(ErrorCode::Failed, fmt::format("cannot write '{}': it is no regular file", path));
-    const std::string temporary = fmt::format("{}.{}.part", path, ::getpid());
-    const auto fail = [&](const char* verb) {
-        const int reason = errno;
-        ::unlink(temporary.c_str());
-        throw Error(ErrorCode::Failed, fmt::format("cannot {} '{}': {}", verb, path, std::strerror(reason)));
-    };
+FilesRead::FilesRead() : outer_(std::exchange(t_files_read, this)) {}
 
-    Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-    if (file.get() < 0) fail("create");
-    for (std::size_t done = 0; done < bytes.size();) {
-        const ssize_t count = ::write(file.get(), bytes.data() + done, bytes.size() - done);
+FilesRead::~FilesRead() {
+    t_files_read = outer_;
+    for (const std::string& path : paths_)
+        if (outer_) outer_->add(path);
+}
+
+void FilesRead::add(const std::string& path) {
+    if (std::find(paths_.begin(), paths_.end(), path) == paths_.end()) paths_.push_back(path);
+}
+
+void checkReadable(const std::string& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0) failToRead(path, std::strerror(errno));
+    if (S_ISDIR(status.st_mode)) failToRead(path, "it is a directory; give a file");
+    if (!S_ISREG(status.st_mode)) failToRead(path, "it is a device or a pipe; save what it gives to a file first");
+    if (::access(path.c_str(), R_OK) != 0) failToRead(path, std::strerror(errno));
+    if (t_files_read) t_files_read->add(path);
+}
+
+void writeFileAtomically(const std::string& path, std::string_view bytes) {
+    PendingFile file(path);
+    const auto fail = [&](int reason) {
+        throw Error(ErrorCode::Failed, fmt::format("cannot write '{}': {}", path, std::strerror(reason)));
+    };
+    if (const int reason = writeBytes(file.descriptor(), bytes)) fail(reason);
+    if (const int reason = file.flush()) fail(reason);
+    if (const int reason = file.commit()) fail(reason);
+    flushFolderOf(file.target().path);
+}
+
+int writeBytes(int descriptor, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
         if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) fail("write");
-        done += static_cast<std::size_t>(count);
+        if (count <= 0) return count < 0 ? errno : ENOSPC;
+        bytes.remove_prefix(static_cast<std::size_t>(count));
     }
-    if (::fsync(file.get()) != 0 && errno != EINVAL) fail("flush");  // EINVAL: a file system without fsync
-    if (!file.close()) fail("close");
-    if (std::rename(temporary.c_str(), path.c_str()) != 0) fail("rename into");
+    return 0;
 }
 
 std::string readFileBytes(const std::string& path) {
-    const auto fail = [&] {
-        throw Error(ErrorCode::Input, fmt::format("cannot read '{}': {}", path, std::strerror(errno)));
-    };
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    const auto fail = [&] { failToRead(path, std::strerror(errno)); };
+    checkReadable(path);
+    // A pipe that took the file's place meanwhile would wait for its writer, deaf to signals.
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     if (file.get() < 0) fail();
     struct stat status {};
     if (::fstat(file.get(), &status) != 0) fail();

@@ -181,12 +181,16 @@ Image readExr(const std::string& path) {
 }
 
 void writeExr(const std::string& path, const Image& image, ChannelDepth depth) {
+    writeFileAtomically(path, encodeExr(path, image, depth));
+}
+
+std::string encodeExr(const std::string& path, const Image& image, ChannelDepth depth) {
     const std::vector<std::string> names = writtenNames(image.channels);
     const Imf::PixelType type = pixelType(depth);
     const std::size_t sample = depth == ChannelDepth::Half ? 2 : 4;
     std::vector<char> packed = pack(image, depth);
 
-    // The file is made in memory, so that only writeFileAtomically has to look after the disk.
+    // The file is made in memory, so that only those who write it have to look after the disk.
     Imf::StdOSStream stream;
     try {
         Imf::Header header(image.width, image.height);
@@ -203,7 +207,7 @@ void writeExr(const std::string& path, const Image& image, ChannelDepth depth) {
     } catch (const std::exception& error) {
         throw Error(ErrorCode::Failed, fmt::format("cannot encode '{}': {}", path, error.what()));
     }
-    writeFileAtomically(path, stream.str());
+    return stream.str();
 }
 
 }  // namespace photic

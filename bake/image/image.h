@@ -38,11 +38,15 @@ HeightMap readPng16(const std::string& path);
 /// Writes `image` (1, 3 or 4 channels: Y, RGB, RGBA) as EXR, to a temporary name, then renamed.
 /// @throws Error{Failed}
 void writeExr(const std::string& path, const Image& image, ChannelDepth depth = ChannelDepth::Float);
+/// The bytes of that file; `path` is for messages.
+std::string encodeExr(const std::string& path, const Image& image, ChannelDepth depth = ChannelDepth::Float);
 
 /// Reads an EXR (Y, RGB or RGBA).
 Image readExr(const std::string& path);
 
 /// Writes 8-bit PNG from values that are already display-referred 0..1 (clamped), to a temporary name, then renamed.
 void writePng(const std::string& path, const Image& image);
+/// The bytes of that file; `path` is for messages.
+std::string encodePng(const std::string& path, const Image& image);
 
 }  // namespace photic

@@ -68,7 +68,9 @@ HeightMap readPng16(const std::string& path) {
     return map;
 }
 
-void writePng(const std::string& path, const Image& image) {
+void writePng(const std::string& path, const Image& image) { writeFileAtomically(path, encodePng(path, image)); }
+
+std::string encodePng(const std::string& path, const Image& image) {
     std::vector<stbi_uc> quantised(image.pixels.size());
     for (std::size_t i = 0; i < quantised.size(); ++i) {
         const float v = image.pixels[i];
@@ -79,7 +81,7 @@ void writePng(const std::string& path, const Image& image) {
                                 image.width * image.channels))
         throw Error(ErrorCode::Failed, fmt::format("cannot encode '{}': {} x {} pixels of {} channels", path,
                                                    image.width, image.height, image.channels));
-    writeFileAtomically(path, bytes);
+    return bytes;
 }
 
 }  // namespace photic
