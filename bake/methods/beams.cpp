@@ -11,7 +11,7 @@
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
-#include "bake/tubes/launch.h"
+#include "bake/tubes/histories.h"
 
 namespace photic {
 namespace {
@@ -34,6 +34,8 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
                    "the sun's disc: one blur a layer, or one bake a direction; auto blurs where that is right"),
         bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "",
                    "directions on the sun's disc when it is sampled"),
+        bindOption("wavelengths", &BeamsOptions::wavelengths, {3, 64}, "",
+                   "at which light is traced where media disperse"),
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
                    "how deposits are summed: by signed edge coverage, or tube by tube (slow, the same result)"),
         bindOption(
@@ -49,7 +51,14 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
 class BeamsBake {
 public:
     BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, Monitor& monitor)
-        : scene_(scene), options_(options), frame_(frame), optics_(scene, frame), monitor_(monitor) {
+        : scene_(scene),
+          options_(options),
+          frame_(frame),
+          spectrum_(spectralSamples(options.wavelengths)),
+          optics_(scene, frame, wavelengthsOf(spectrum_)),
+          monitor_(monitor) {
+        limits_.events = scene.bake.bounces.value_or(kDefaultBounces);
+        limits_.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
         launch_.cells = options.mesh;
         launch_.spacing = options.spacing;
         launch_.refine.tolerance = scene.bake.tolerance;
@@ -63,12 +72,11 @@ public:
     void addLight(const Light& light, LightField& field) {
         const BeamsDisc disc = discFor(light);
         if (disc != BeamsDisc::Blur) {
-            const auto directions = discDirections(light, disc == BeamsDisc::Sample ? options_.disc_samples : 1);
-            for (const glm::dvec3& direction : directions)
-                addDirection(light, direction, 1.0 / static_cast<double>(directions.size()), field);
+            for (const LightSample& sample : lightSamples(light, disc == BeamsDisc::Sample ? options_.disc_samples : 1))
+                addSample(light, sample, field);
             return;
         }
-        addDirection(light, light.direction, 1, field);
+        addSample(light, lightSamples(light, 1).front(), field);
         measureDeposit(field);
         const auto start = Clock::now();
         blurLayers(field, discKernels(scene_.surfaces.front(), light, frame_), BeyondNeeded::Alike);
@@ -100,35 +108,30 @@ public:
     }
 
 private:
+    static std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum) {
+        std::vector<double> out;
+        for (const SpectralSample& sample : spectrum) out.push_back(sample.wavelength_nm);
+        return out;
+    }
+
     BeamsDisc discFor(const Light& light) const {
         if (options_.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;
         if (options_.disc != BeamsDisc::Auto) return options_.disc;
         return blurServes(scene_, light, frame_) ? BeamsDisc::Blur : BeamsDisc::Sample;
     }
 
-    void addDirection(const Light& light, const glm::dvec3& direction, double share, LightField& field) {
+    // One sample of a light through every surface, and on through every history that it begins.
+    void addSample(const Light& light, const LightSample& sample, LightField& field) {
+        const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) { lay(sets, field); };
+        LaunchOptions options = launch_;
+        options.tubes.channels = field.channels().irradiance;
+        HistoryLauncher launcher(optics_, spectrum_, options, limits_, sink, monitor_);
         for (std::size_t i = 0; i < scene_.surfaces.size(); ++i) {
             const Surface& surface = scene_.surfaces[i];
-            const Emission emission(scene_, static_cast<int>(i), light.irradiance * share, direction);
-            LaunchOptions launch = launch_;
-            launch.tubes = {field.channels().irradiance, true, false};
-            for (const Branch branch : branchesOf(surface)) {
-                const PathTracer tracer(optics_, emission, {{static_cast<int>(i), branch}});
-                const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) { lay(sets, field); };
-                Launch tubes(tracer, launch, sink, monitor_);
-                if (surface.height_field)
-                    tubes.heightField(launchDomain(scene_, surface, light, frame_), launched_);
-                else
-                    tubes.mesh(launched_);
-                launch.tubes.counts_emission = false;
-            }
+            const LaunchDomain domain =
+                surface.height_field ? launchDomain(scene_, surface, light, frame_) : LaunchDomain{};
+            launcher.launch(Emission(scene_, static_cast<int>(i), sample), domain, launched_);
         }
-    }
-
-    static std::vector<Branch> branchesOf(const Surface& surface) {
-        if (surface.event == SurfaceEvent::Refract) return {Branch::Refracted};
-        if (surface.event == SurfaceEvent::Reflect) return {Branch::Reflected};
-        return {Branch::Refracted, Branch::Reflected};
     }
 
     void lay(const std::array<TubeSet, 6>& sets, LightField& field) {
@@ -149,7 +152,9 @@ private:
     const Scene& scene_;
     const BeamsOptions& options_;
     GridFrame frame_;
+    std::vector<SpectralSample> spectrum_;
     OpticalScene optics_;
+    FollowLimits limits_;
     Monitor& monitor_;
     LaunchOptions launch_;
     VoxeliseOptions voxelise_;

@@ -26,6 +26,7 @@ struct BeamsOptions {
     double silhouette = 0.125;  ///< [voxels] smallest tube at a shadow's edge
     BeamsDisc disc = BeamsDisc::Auto;
     int disc_samples = 32;
+    int wavelengths = 12;  ///< at which light is traced where media disperse
     BeamsKernel kernel = BeamsKernel::Edges;
     BeamsInterpolation interpolation = BeamsInterpolation::Constant;
 };

@@ -6,6 +6,9 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "bake/optics/tangent_frame.h"
+#include "bake/paths/optical_scene.h"
+
 namespace photic {
 namespace {
 
@@ -54,58 +57,85 @@ std::array<double, 4> PhotonPoints::at(std::uint64_t index) const {
     return x;
 }
 
-PhotonLaunch::PhotonLaunch(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame)
-    : surface_(&surface), light_(&light) {
-    const glm::dvec3 d = light.direction;
-    across_ = glm::normalize(glm::cross(d, std::fabs(d.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
-    up_ = glm::cross(across_, d);
+PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, const GridFrame& frame)
+    : scene_(&scene),
+      surface_index_(surface),
+      surface_(&scene.surfaces[static_cast<std::size_t>(surface)]),
+      light_(&light),
+      centre_(lightSamples(light, 1).front()) {
     const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
-    cap_height_ = 2 * std::pow(std::sin(0.5 * radius), 2);
-
-    if (surface.height_field) {
-        domain_ = launchDomain(scene, surface, light, frame);
-        cross_section_ = domain_.area() * std::max(0.0, -d.z);
-        return;
+    cap_height_ = light.type == LightType::Sun ? 2 * std::pow(std::sin(0.5 * radius), 2) : 0;
+    if (surface_->height_field) domain_ = launchDomain(scene, *surface_, light, frame);
+    if (surface_->mesh && !surface_->sphere) {
+        // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
+        const TriangleMesh& mesh = *surface_->mesh;
+        share_.reserve(mesh.triangles.size()), cumulative_.reserve(mesh.triangles.size());
+        for (const auto& t : mesh.triangles) {
+            const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+            const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
+            share_.push_back(light.type == LightType::Sun
+                                 ? std::fabs(glm::dot(light.direction, area)) + std::sin(radius) * glm::length(area)
+                                 : glm::length(area));
+            total_share_ += share_.back();
+            cumulative_.push_back(total_share_);
+        }
+        for (double& c : cumulative_) c /= total_share_;
     }
-    // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
-    const TriangleMesh& mesh = *surface.mesh;
-    share_.reserve(mesh.triangles.size()), cumulative_.reserve(mesh.triangles.size());
-    for (const auto& t : mesh.triangles) {
-        const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-        const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
-        share_.push_back(std::fabs(glm::dot(d, area)) + std::sin(radius) * glm::length(area));
-        cross_section_ += share_.back();
-        cumulative_.push_back(cross_section_);
-    }
-    for (double& c : cumulative_) c /= cross_section_;
+    // A few samples tell about how much power there is.
+    constexpr int kTries = 256;
+    const PhotonPoints points(PhotonSampling::Quasi, dimensions(), 1, 1);
+    for (int i = 0; i < kTries; ++i)
+        estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / kTries;
 }
 
-glm::dvec3 PhotonLaunch::sunDirection(double a, double b) const {
-    if (cap_height_ <= 0) return light_->direction;
+LightSample PhotonLaunch::sampleOf(double a, double b) const {
+    if (light_->type == LightType::Rectangle) {
+        const glm::dvec3 up = glm::cross(light_->direction, light_->tangent);
+        return {light_->direction,
+                *light_->position + (a - 0.5) * light_->size.x * light_->tangent + (b - 0.5) * light_->size.y * up,
+                light_->power / std::numbers::pi, light_};
+    }
+    LightSample sample = centre_;
+    if (cap_height_ <= 0) return sample;
     double x, y;
     concentricDisc(a, b, x, y);
     // Uniform over the solid angle: 1 - cos is proportional to the square of the disc's radius.
     const double s = x * x + y * y, height = s * cap_height_;
     const double scale = std::sqrt(cap_height_ * (2 - height));  // sin of the angle over the disc's radius
-    return (1 - height) * light_->direction + scale * (x * across_ + y * up_);
+    const TangentFrame frame(light_->direction);
+    sample.direction = (1 - height) * light_->direction + scale * (x * frame.across + y * frame.up);
+    return sample;
 }
 
 PhotonStart PhotonLaunch::start(const std::array<double, 4>& x) const {
     PhotonStart out;
-    out.direction = sunDirection(x[2], x[3]);
-    if (!surface_->height_field) {
-        startOnMesh(x[0], x[1], out);
-        return out;
-    }
-    const glm::dvec2 uv = domain_.min + glm::dvec2(x[0], x[1]) * (domain_.max - domain_.min);
-    const SurfacePoint point = surface_->height_field->at(uv);
-    out.position = point.position;
-    out.normal = out.face = glm::normalize(point.normal);
-    out.area = domain_.area() * std::max(0.0, -glm::dot(out.direction, point.normal));
+    glm::dvec3 area(0);
+    if (!place(x[0], x[1], out, area)) return out;
+    const Emission emission(*scene_, surface_index_, sampleOf(x[2], x[3]));
+    out.direction = emission.directionAt(out.position), out.source = emission.sample().source;
+    const double facing = -glm::dot(out.direction, area);
+    out.power = emission.irradianceAt(out.position) * (surface_->mesh ? std::fabs(facing) : std::max(0.0, facing));
     return out;
 }
 
-void PhotonLaunch::startOnMesh(double u, double v, PhotonStart& out) const {
+bool PhotonLaunch::place(double u, double v, PhotonStart& out, glm::dvec3& area) const {
+    if (surface_->sphere) {
+        const double z = 1 - 2 * u, r = std::sqrt(std::max(0.0, 1 - z * z)), phi = 2 * std::numbers::pi * v;
+        out.normal = out.face = {r * std::cos(phi), r * std::sin(phi), z};
+        out.position = surface_->sphere->center + surface_->sphere->radius * out.normal;
+        area = 4 * std::numbers::pi * surface_->sphere->radius * surface_->sphere->radius * out.normal;
+        return true;
+    }
+    if (surface_->mesh) return placeOnMesh(u, v, out, area);
+    if (domain_.empty()) return false;
+    const SurfacePoint point = surface_->height_field->at(domain_.min + glm::dvec2(u, v) * (domain_.max - domain_.min));
+    out.position = point.position;
+    out.normal = out.face = glm::normalize(point.normal);
+    area = domain_.area() * point.normal;
+    return true;
+}
+
+bool PhotonLaunch::placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const {
     const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), u);
     const auto k =
         static_cast<std::size_t>(std::min<std::ptrdiff_t>(found - cumulative_.begin(), std::ssize(cumulative_) - 1));
@@ -117,16 +147,18 @@ void PhotonLaunch::startOnMesh(double u, double v, PhotonStart& out) const {
     const TriangleMesh& mesh = *surface_->mesh;
     const auto& t = mesh.triangles[k];
     const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-    const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
+    area = 0.5 * glm::cross(b - a, c - a);
     const double size = glm::length(area);
-    if (size <= 0 || share_[k] <= 0) return;
+    if (size <= 0 || share_[k] <= 0) return false;
     out.position = wa * a + wb * b + wc * c;
     out.face = area / size;
     const glm::dvec3 normal = wa * mesh.normals[t[0]] + wb * mesh.normals[t[1]] + wc * mesh.normals[t[2]];
     const double length = glm::length(normal);
     // Vertex normals decide which side is above only through the face: a smooth normal never points to its back.
-    out.normal = length > 0 && glm::dot(normal, out.face) > 0 ? normal / length : out.face;
-    out.area = cross_section_ * std::fabs(glm::dot(out.direction, area)) / share_[k];
+    const bool usable = surface_->smooth && length > 0 && glm::dot(normal, out.face) > 0;
+    out.normal = usable ? normal / length : out.face;
+    area *= total_share_ / share_[k];
+    return true;
 }
 
 }  // namespace photic

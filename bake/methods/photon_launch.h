@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/methods/photons.h"
+#include "bake/paths/emission.h"
 #include "bake/paths/launch_domain.h"
 #include "bake/scene/scene.h"
 
@@ -32,42 +33,49 @@ private:
 /// A photon on its specular surface, before the event.
 struct PhotonStart {
     glm::dvec3 position{0};
-    glm::dvec3 direction{0};        ///< unit, of travel
-    glm::dvec3 normal{0}, face{0};  ///< unit; on the side of ior_above
-    double area = 0;  ///< of the beam that the sample stands for [m2], divided by nothing: the mean over samples is the
-                      ///< lit cross-section. 0 when the surface turns away from the light
+    glm::dvec3 direction{0};           ///< unit, of travel
+    std::optional<glm::dvec3> source;  ///< of a lamp [m]
+    glm::dvec3 normal{0}, face{0};     ///< unit; on the side of ior_above
+    glm::dvec3 power{0};  ///< that the sample stands for, per channel [W]: the mean over samples is what enters through
+                          ///< the surface. 0 when the surface turns away from the light
 };
 
 /// One light on one surface: where photons start.
 class PhotonLaunch {
 public:
-    PhotonLaunch(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame);
+    /// @param surface  in Scene::surfaces
+    PhotonLaunch(const Scene& scene, int surface, const Light& light, const GridFrame& frame);
 
-    const Surface& surface() const { return *surface_; }
+    int surface() const { return surface_index_; }
     const Light& light() const { return *light_; }
     /// No light can reach the grid.
-    bool empty() const { return cross_section_ <= 0; }
-    /// About the beam's cross-section that is launched [m2]: for sharing out paths.
-    double crossSection() const { return cross_section_; }
+    bool empty() const { return !(estimated_power_ > 0); }
+    /// About the power that is launched, mean of the channels [W]: for sharing out paths.
+    double estimatedPower() const { return estimated_power_; }
     /// False when the launched rectangle had to be cut off (LaunchDomain::complete).
     bool complete() const { return domain_.complete; }
-    /// Of the sample points: 2 for a point sun, 4 with its disc.
-    int dimensions() const { return cap_height_ > 0 ? 4 : 2; }
+    /// Of the sample points: 2 for a point, 4 for a sun with its disc or a rectangle.
+    int dimensions() const { return cap_height_ > 0 || light_->type == LightType::Rectangle ? 4 : 2; }
 
     PhotonStart start(const std::array<double, 4>& x) const;
 
 private:
-    glm::dvec3 sunDirection(double a, double b) const;
-    void startOnMesh(double u, double v, PhotonStart& out) const;
+    LightSample sampleOf(double a, double b) const;
+    /// Where a sample lands on the surface, and the oriented area that it stands for [m2]; false where there is none.
+    bool place(double u, double v, PhotonStart& out, glm::dvec3& area) const;
+    bool placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const;
 
+    const Scene* scene_;
+    int surface_index_;
     const Surface* surface_;
     const Light* light_;
+    LightSample centre_;  // of the disc
     LaunchDomain domain_;
-    double cross_section_ = 0;
-    glm::dvec3 across_{0}, up_{0};    // with the light's direction, a frame
+    double estimated_power_ = 0;
     double cap_height_ = 0;           // 1 - cos of the disc's angular radius
     std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
     std::vector<double> share_;       // [m2], before normalisation
+    double total_share_ = 0;
 };
 
 }  // namespace photic

@@ -14,6 +14,7 @@
 #include "bake/methods/photon_statistics.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/threads/parallel_for.h"
+#include "bake/tubes/histories.h"
 
 namespace photic {
 namespace {
@@ -25,11 +26,6 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-constexpr double PowerLedger::*kTerms[] = {
-    &PowerLedger::emitted,   &PowerLedger::reflected,        &PowerLedger::absorbed_medium,
-    &PowerLedger::scattered, &PowerLedger::absorbed_surface, &PowerLedger::received,
-    &PowerLedger::escaped,   &PowerLedger::dropped,          &PowerLedger::culled};
-
 /// What one repetition adds up beside the field. Powers are those of the repetition's own estimate.
 struct Tally {
     PowerLedger power;
@@ -37,7 +33,7 @@ struct Tally {
     std::int64_t rays = 0, deposited = 0, turned_away = 0;
 
     void add(const Tally& t) {
-        for (const auto term : kTerms) power.*term += t.power.*term;
+        for (const auto term : PowerLedger::kTerms) power.*term += t.power.*term;
         path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
     }
 };
@@ -45,66 +41,113 @@ struct Tally {
 /// Follows photons from their surface to their end, by the steps of the one tracer. Shared by all threads.
 class PhotonTracer {
 public:
-    PhotonTracer(const Scene& scene, const GridFrame& frame) : scene_(scene), optics_(scene, frame) {}
+    PhotonTracer(const Scene& scene, const GridFrame& frame, const std::vector<SpectralSample>& spectrum)
+        : spectrum_(spectrum), optics_(scene, frame, wavelengthsOf(spectrum)) {
+        limits_.events = scene.bake.bounces.value_or(kDefaultBounces);
+        limits_.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
+    }
 
     /// @param power  of the photon, per channel [W], before anything blocks it
     template <class Real>
-    void follow(const Surface& surface, const PhotonStart& start, const glm::dvec3& power,
-                TrackAccumulator<Real>& field, Tally& tally) const {
-        const PathOutcome arrival = optics_.arrival(start.position, start.direction);
+    void follow(int surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator<Real>& field,
+                Tally& tally) const {
+        const PathOutcome arrival = optics_.arrival(start.position, start.direction, start.source);
         if (arrival == PathOutcome::Hidden) return;
         tally.power.emitted += channelMean(power);
         if (arrival == PathOutcome::Blocked) {
             tally.power.absorbed_surface += channelMean(power);
             return;
         }
-        const SpecularEvent event = specularEvent(surface, start.direction, start.normal, start.face);
-        tally.power.reflected += event.untraced * channelMean(power);
-        tally.power.dropped += event.dropped * channelMean(power);
-        const MediumSides& sides = optics_.sides(static_cast<int>(&surface - scene_.surfaces.data()));
-        for (int b = 0; b < event.count; ++b) {
-            const SpecularBranch& branch = event.branches[static_cast<std::size_t>(b)];
-            followBranch(start.position, branch, optics_.medium(branch.below ? sides.inside : sides.outside), power,
-                         field, tally);
-        }
+        Photon photon;
+        photon.direction = start.direction, photon.power = power, photon.least = limits_.threshold * channelMean(power);
+        photon.inside = optics_.startingInside(surface, start.direction, start.face);
+        meet(photon, surface, {start.position, start.normal, start.face}, field, tally);
     }
 
 private:
-    template <class Real>
-    void followBranch(const glm::dvec3& origin, const SpecularBranch& branch, const OpticalMedium& medium,
-                      const glm::dvec3& arriving, TrackAccumulator<Real>& field, Tally& tally) const {
-        Track track;
-        track.origin = origin, track.direction = branch.direction, track.power = branch.fraction * arriving;
-        track.extinction = medium.extinction();
+    struct Photon {
+        glm::dvec3 direction{0}, power{0};
+        MediumStack inside;
+        double least = 0;  // [W] below which a branch is not followed
+        int events = 0, wavelength = 0;
+    };
 
-        double inside_from = 0, inside_to = 0;
-        const bool inside = field.clip(origin, branch.direction, inside_from, inside_to);
-        // Where the power ends: in the box's side, on an object, or on a second specular surface.
-        double power_end = inside_to;
-        double PowerLedger::*end = &PowerLedger::escaped;
-        track.begin = inside_from, track.end = inside_to;
-        if (inside) {
-            const OpticalScene::LegEnd leg = optics_.legEnd(origin, branch.direction);
-            track.end = std::min(track.end, leg.deposit_end);
-            if (leg.hit.distance <= power_end) {
-                power_end = leg.hit.distance;
-                end = leg.hit.target.kind == Target::Kind::Surface ? &PowerLedger::dropped : &PowerLedger::received;
-            }
-        }
-
-        DepositedTrack deposited;
-        if (inside && track.begin < track.end) deposited = field.deposit(track);
-        if (!deposited.touched) {
-            tally.power.culled += channelMean(track.power);
-            return;
-        }
-        ++tally.deposited;
-        tally.path += deposited.path;
-        countLeg(medium, track.power, power_end, end, tally.power);
+    static std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum) {
+        std::vector<double> out;
+        for (const SpectralSample& sample : spectrum) out.push_back(sample.wavelength_nm);
+        return out;
     }
 
-    const Scene& scene_;
+    // Light comes to a surface: its wavelengths part there where they do, then its branches.
+    template <class Real>
+    void meet(const Photon& photon, int surface, const Meeting& at, TrackAccumulator<Real>& field, Tally& tally) const {
+        if (photon.wavelength == 0 && optics_.disperses(surface)) {
+            for (std::size_t i = 0; i < spectrum_.size(); ++i) {
+                Photon part = photon;
+                part.wavelength = static_cast<int>(i) + 1, part.power *= spectrum_[i].weight;
+                part.least *= channelMean(spectrum_[i].weight);
+                meet(part, surface, at, field, tally);
+            }
+            return;
+        }
+        const OpticalScene::Event event =
+            optics_.eventAt(surface, photon.wavelength, photon.inside, photon.direction, at);
+        Photon next = photon;
+        ++next.events;
+        if (event.void_surface) {
+            next.inside = event.beyond;
+            return runLeg(next, at.position, field, tally);
+        }
+        tally.power.reflected += event.light.untraced * channelMean(photon.power);
+        tally.power.dropped += event.light.dropped * channelMean(photon.power);
+        tally.power.absorbed_surface += channelMean(event.light.absorbed * photon.power);
+        for (int b = 0; b < event.light.count; ++b) {
+            const SpecularBranch& branch = event.light.branches[static_cast<std::size_t>(b)];
+            next.direction = branch.direction, next.power = branch.fraction * photon.power;
+            next.inside = branch.crosses ? event.beyond : photon.inside;
+            runLeg(next, at.position, field, tally);
+        }
+    }
+
+    template <class Real>
+    void runLeg(Photon photon, const glm::dvec3& origin, TrackAccumulator<Real>& field, Tally& tally) const {
+        const OpticalMedium& medium = optics_.medium(optics_.mediumOf(photon.inside));
+        Track track;
+        track.origin = origin, track.direction = photon.direction, track.power = photon.power;
+        track.extinction = medium.extinction();
+        const OpticalScene::LegEnd leg = optics_.legEnd(origin, photon.direction, photon.inside);
+
+        double inside_from = 0, inside_to = 0;
+        const bool inside = field.clip(origin, photon.direction, inside_from, inside_to);
+        DepositedTrack deposited;
+        track.begin = inside_from, track.end = std::min(inside_to, leg.deposit_end);
+        if (inside && track.begin < track.end) deposited = field.deposit(track);
+        if (deposited.touched) ++tally.deposited, tally.path += deposited.path;
+
+        const bool goes_on = leg.hit.target.kind == Target::Kind::Surface && photon.events < limits_.events &&
+                             channelMean(photon.power) >= photon.least;
+        if (goes_on) {
+            PowerLedger handed_on;
+            photon.power = countLeg(medium, photon.power, leg.hit.distance, &PowerLedger::received, handed_on);
+            tally.power.absorbed_medium += handed_on.absorbed_medium, tally.power.scattered += handed_on.scattered;
+            photon.inside = leg.inside;
+            return meet(photon, leg.hit.target.index, leg.meeting, field, tally);
+        }
+        if (!deposited.touched) {
+            tally.power.culled += channelMean(photon.power);
+            return;
+        }
+        // Where the power ends: in the box's side, on an object, or on a surface where it is given up.
+        const bool hits = leg.hit.distance <= inside_to;
+        double PowerLedger::*const end = !hits                                          ? &PowerLedger::escaped
+                                         : leg.hit.target.kind == Target::Kind::Surface ? &PowerLedger::dropped
+                                                                                        : &PowerLedger::received;
+        countLeg(medium, photon.power, hits ? leg.hit.distance : inside_to, end, tally.power);
+    }
+
+    const std::vector<SpectralSample>& spectrum_;
     OpticalScene optics_;
+    FollowLimits limits_;
 };
 
 /// One light on one surface and its share of the paths.
@@ -117,10 +160,11 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
                           BakeReport& report) {
     std::vector<Job> jobs;
     double total = 0;
-    for (const Surface& surface : scene.surfaces)
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         for (const Light& light : scene.lights) {
-            PhotonLaunch launch(scene, surface, light, frame);
-            if (launch.empty() || channelMean(light.irradiance) <= 0) {
+            const Surface& surface = scene.surfaces[i];
+            PhotonLaunch launch(scene, static_cast<int>(i), light, frame);
+            if (launch.empty()) {
                 report.skipped.push_back(
                     fmt::format("light '{}' on surface '{}': none of it can reach the grid", light.name, surface.name));
                 continue;
@@ -130,11 +174,11 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
                     "light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
                     "launched",
                     light.name, surface.name));
-            total += launch.crossSection() * channelMean(light.irradiance);
+            total += launch.estimatedPower();
             jobs.push_back({std::move(launch)});
         }
     for (Job& job : jobs) {
-        const double share = job.launch.crossSection() * channelMean(job.launch.light().irradiance) / total;
+        const double share = job.launch.estimatedPower() / total;
         job.paths_a_shift = static_cast<std::uint64_t>(
             std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
     }
@@ -185,15 +229,15 @@ public:
             const PhotonPoints points(options_.sampling, job.launch.dimensions(),
                                       static_cast<std::uint64_t>(options_.seed),
                                       static_cast<std::uint64_t>(shift) * jobs_.size() + j);
-            const glm::dvec3 irradiance = job.launch.light().irradiance / static_cast<double>(job.paths_a_shift);
             for (std::uint64_t first = 0; first < job.paths_a_shift; first += kBlock) {
                 monitor_.checkCancelled();
                 const auto count = static_cast<std::uint32_t>(std::min(kBlock, job.paths_a_shift - first));
                 orderByTile(points, first, count, tiles, order);
                 for (const std::uint32_t i : order) {
                     const PhotonStart start = job.launch.start(points.at(first + i));
-                    if (start.area > 0)
-                        tracer_.follow(job.launch.surface(), start, irradiance * start.area, field, tally);
+                    if (channelMean(start.power) > 0)
+                        tracer_.follow(job.launch.surface(), start,
+                                       start.power / static_cast<double>(job.paths_a_shift), field, tally);
                     else
                         ++tally.turned_away;
                 }
@@ -247,7 +291,7 @@ Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const 
 
 void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
     report.power = total.power;
-    for (const auto term : kTerms) report.power.*term /= shifts;
+    for (const auto term : PowerLedger::kTerms) report.power.*term /= shifts;
     report.path.expected = total.path / shifts;
     report.corner_rays = total.rays, report.tubes = total.deposited;
 }
@@ -261,6 +305,7 @@ std::span<const OptionBinding<PhotonOptions>> photonOptions() {
         bindOption("count", &O::count, {1000, 1e12}, "paths", "paths in all, over every light, surface and shift"),
         bindOption("shifts", &O::shifts, {16, 4096}, "",
                    "independent repetitions, whose spread gives the standard error"),
+        bindOption("wavelengths", &O::wavelengths, {3, 64}, "", "at which light is traced where media disperse"),
         bindOption("seed", &O::seed, {0, 9007199254740992.0}, "", "of the random numbers"),
     };
     return bindings;
@@ -290,7 +335,8 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
     if (!channels.flux) report.skipped.emplace_back("direction: not asked for");
     const std::vector<Job> jobs = makeJobs(scene, needed->frame(), options, report);
-    const PhotonTracer tracer(scene, needed->frame());
+    const std::vector<SpectralSample> spectrum = spectralSamples(options.wavelengths);
+    const PhotonTracer tracer(scene, needed->frame(), spectrum);
 
     PhotonStatistics statistics(needed, channels);
     const Tally total = crowded(jobs, needed->frame())

@@ -17,6 +17,7 @@ struct PhotonOptions {
     std::int64_t count = 4'000'000;  ///< paths in all, over every light, surface and shift
     int shifts = 16;                 ///< independent repetitions, whose spread gives the standard error
     std::int64_t seed = 1;
+    int wavelengths = 12;  ///< at which light is traced where media disperse
 };
 
 /// The reference method: quasi-random paths, one refraction or reflection each, with a track-length estimate of the

@@ -10,10 +10,6 @@
 
 namespace photic {
 
-/// Directions of equal weight on a light's disc, evenly spread (Vogel's spiral); the light's own direction for a point
-/// sun.
-std::vector<glm::dvec3> discDirections(const Light& light, int count);
-
 /// Whether one blur per layer serves the light: one height field that refracts or reflects gently, and either nothing
 /// that casts a silhouette or a disc that reaches at most one voxel anywhere in the frame. The blur is also laid over
 /// shadows, whose penumbrae it makes as wide as those of a blocker at the surface: an error below its own reach.

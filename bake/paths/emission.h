@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 
 #include "bake/paths/path.h"
 #include "bake/scene/scene.h"
@@ -18,52 +17,55 @@ struct EmittedRay {
     glm::dvec3 face{0};       ///< unit, geometric
 };
 
-/// One light (or one direction of its disc) as it enters through one specular surface. The domain is the surface's own:
-/// the parameter plane of a height field, the triangles of a mesh.
+/// A light as emissions take it: one direction of a sun, or one place.
+struct LightSample {
+    glm::dvec3 direction{0, 0, -1};    ///< unit, of travel: of a sun's rays; of a lamp its axis
+    std::optional<glm::dvec3> source;  ///< [m]; none for a sun
+    glm::dvec3 strength{0};            ///< sun: across the beam [W/m2]; lamp: on its axis [W/sr]; per channel
+    const Light* light = nullptr;      ///< how a lamp's strength falls off
+};
+
+/// The samples that stand for a light: a sun's centre, or `disc_samples` directions of its disc; a lamp's place, or the
+/// points of a rectangle (the R sequence, centred).
+std::vector<LightSample> lightSamples(const Light& light, int disc_samples);
+
+/// One sample of a light as it enters through one specular surface. The domain is the surface's own: the parameter
+/// plane of a height field, the triangles of a mesh. A triangle that another hides is told by its paths
+/// (PathOutcome::Hidden) and divided along the shadow's edge, so that flat facets stay the tubes that they are.
 class Emission {
 public:
-    /// @param surface     in Scene::surfaces
-    /// @param irradiance  across the beam, per channel [W/m2], of this part of the light
-    /// @param direction   unit, of travel
-    Emission(const Scene& scene, int surface, const glm::dvec3& irradiance, const glm::dvec3& direction)
-        : surface_(scene.surfaces[static_cast<std::size_t>(surface)]),
-          index_(surface),
-          irradiance_(irradiance),
-          direction_(direction) {}
+    /// @param surface  in Scene::surfaces; scene must outlive the emission
+    Emission(const Scene& scene, int surface, const LightSample& sample)
+        : surface_(scene.surfaces[static_cast<std::size_t>(surface)]), index_(surface), sample_(sample) {}
 
     const Surface& surface() const { return surface_; }
     int surfaceIndex() const { return index_; }
-    const glm::dvec3& direction() const { return direction_; }
-    const glm::dvec3& irradiance() const { return irradiance_; }
+    /// A sun, whose rays are parallel.
+    bool parallel() const { return !sample_.source; }
+    const LightSample& sample() const { return sample_; }
+    /// Of travel, where light meets a point.
+    glm::dvec3 directionAt(const glm::dvec3& point) const;
 
     /// @param face  geometric normal, unit, of the mesh triangle; unused for height fields
-    EmittedRay at(const EmissionParam& param, const glm::dvec3& face) const {
-        if (surface_.height_field) {
-            const SurfacePoint point = surface_.height_field->at({param.position.x, param.position.y});
-            const glm::dvec3 normal = glm::normalize(point.normal);
-            return {point.position, direction_, normal, normal};
-        }
-        const double length = glm::length(param.normal);
-        const bool usable = length > 0 && glm::dot(param.normal, face) > 0;
-        return {param.position, direction_, usable ? param.normal / length : face, face};
-    }
+    EmittedRay at(const EmissionParam& param, const glm::dvec3& face) const;
 
     /// Power per channel [W] through the triangle between three points of the surface, in the surface's orientation:
-    /// height fields take light from above, meshes from either side.
-    glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const {
-        return irradiance_ * across(0.5 * glm::cross(b - a, c - a));
-    }
+    /// height fields take light from the side of their normal only, meshes from either. A sun's by its cross-section, a
+    /// lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength at the corners.
+    glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
-    /// Cross-section of the beam [m2] through an oriented area.
-    double across(const glm::dvec3& area) const {
-        const double facing = -glm::dot(area, direction_);
-        return surface_.mesh ? std::fabs(facing) : std::fmax(0.0, facing);
-    }
+    /// Irradiance across the rays at a point [W/m2].
+    glm::dvec3 irradianceAt(const glm::dvec3& point) const;
+
+    /// Cross-section of a sun's beam [m2] through an oriented area.
+    double across(const glm::dvec3& area) const;
 
 private:
+    glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
+
     const Surface& surface_;
     int index_;
-    glm::dvec3 irradiance_, direction_;
+    LightSample sample_;
 };
 
 }  // namespace photic

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bake/optics/snell.h"
+#include "bake/optics/tangent_frame.h"
 
 namespace photic {
 namespace {
@@ -59,18 +60,27 @@ Slopes slopesOf(const Surface& surface) {
     return slopes;
 }
 
-/// Directions of a sun: its centre and its rim.
-std::vector<glm::dvec3> sunDirections(const Light& light) {
+/// Directions in which light can come to the surface: a sun's centre and the rim of its disc; from a lamp all that go
+/// down.
+std::vector<glm::dvec3> arrivingDirections(const Light& light) {
+    if (light.type != LightType::Sun) {
+        std::vector<glm::dvec3> directions{{0, 0, -1}};
+        for (const double zenith : {0.4, 0.8, 1.2, 1.5, 1.56})
+            for (int k = 0; k < 16; ++k) {
+                const double phi = k * std::numbers::pi / 8;
+                directions.push_back(
+                    {std::sin(zenith) * std::cos(phi), std::sin(zenith) * std::sin(phi), -std::cos(zenith)});
+            }
+        return directions;
+    }
     std::vector<glm::dvec3> directions{light.direction};
     const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180 * 1.1;
     if (radius == 0) return directions;
-    const glm::dvec3 across = glm::normalize(
-        glm::cross(light.direction, std::fabs(light.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
-    const glm::dvec3 up = glm::cross(across, light.direction);
+    const TangentFrame frame(light.direction);
     for (int k = 0; k < 8; ++k) {
         const double phi = k * std::numbers::pi / 4;
         directions.push_back(std::cos(radius) * light.direction +
-                             std::sin(radius) * (std::cos(phi) * across + std::sin(phi) * up));
+                             std::sin(radius) * (std::cos(phi) * frame.across + std::sin(phi) * frame.up));
     }
     return directions;
 }
@@ -88,16 +98,18 @@ struct Runs {
     }
 };
 
-Runs runsOf(const Surface& surface, const Light& light, const Slopes& slopes, bool upwards) {
+Runs runsOf(const Scene& scene, const Surface& surface, const Light& light, const Slopes& slopes, bool upwards) {
     constexpr int kSteps = 8;
+    const double ior_above = sideOf(scene, surface, Side::Above).ior.mean();
+    const double ior_below = sideOf(scene, surface, Side::Below).ior.mean();
     Runs runs;
-    for (const glm::dvec3& direction : sunDirections(light))
+    for (const glm::dvec3& direction : arrivingDirections(light))
         for (int i = 0; i <= kSteps; ++i)
             for (int j = 0; j <= kSteps; ++j) {
                 const glm::dvec3 normal =
                     glm::normalize(glm::dvec3(-slopes.x.at(double(i) / kSteps), -slopes.y.at(double(j) / kSteps), 1));
                 if (glm::dot(direction, normal) >= 0) continue;
-                const Interface event = interfaceAt(direction, normal, surface.ior_above, surface.ior_below);
+                const Interface event = interfaceAt(direction, normal, ior_above, ior_below);
                 runs.add(upwards ? event.reflected : event.refracted, upwards);
             }
     return runs;
@@ -132,7 +144,7 @@ void addReach(const std::array<glm::dvec3, 8>& corners, double z_low, double z_h
 
 }  // namespace
 
-LaunchDomain launchDomain(const Scene&, const Surface& surface, const Light& light, const GridFrame& frame) {
+LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame) {
     LaunchDomain domain;
     if (!surface.height_field || frame.size().x <= 0) return domain;
     const HeightField& field = *surface.height_field;
@@ -140,8 +152,9 @@ LaunchDomain launchDomain(const Scene&, const Surface& surface, const Light& lig
 
     Range x, y;
     for (const bool upwards : {false, true}) {
-        if (surface.event == (upwards ? SurfaceEvent::Refract : SurfaceEvent::Reflect)) continue;
-        const Runs runs = runsOf(surface, light, slopes, upwards);
+        const bool mirrors = surface.event == SurfaceEvent::Reflect || surface.event == SurfaceEvent::Mirror;
+        if (upwards ? surface.event == SurfaceEvent::Refract : mirrors) continue;
+        const Runs runs = runsOf(scene, surface, light, slopes, upwards);
         if (runs.x.empty()) continue;
         domain.complete = domain.complete && runs.complete;
         std::array<glm::dvec3, 8> corners;
@@ -168,9 +181,6 @@ std::string specularRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.surfaces.empty()) return "the scene has no [[surface]] that could focus light";
     if (scene.index) return "light bends on its way through an [[index]]; use eikonal or wave, or remove it";
-    for (const Light& light : scene.lights)
-        if (light.position)
-            return fmt::format("the light '{}' is a point, and only suns are built here; use eikonal", light.name);
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         for (std::size_t j = i + 1; j < scene.surfaces.size(); ++j) {
             const Surface &a = scene.surfaces[i], &b = scene.surfaces[j];
@@ -181,9 +191,9 @@ std::string specularRefusal(const Scene& scene) {
             };
             if (!apart(0) && !apart(1))
                 return fmt::format(
-                    "height fields '{}' and '{}' overlap, and light is refracted once a path for now; bake them as two "
-                    "scenes, "
-                    "or keep them apart with outside = \"none\"",
+                    "height fields '{}' and '{}' overlap: light would enter twice; bake them as two scenes, or keep "
+                    "them "
+                    "apart with outside = \"none\"",
                     a.name, b.name);
         }
     return {};

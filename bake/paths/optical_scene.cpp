@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/paths/optical_scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "bake/optics/beer_lambert.h"
+#include "bake/paths/height_field_hit.h"
 
 namespace photic {
 
@@ -26,33 +28,166 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
     return left;
 }
 
-OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame)
+OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm)
     : scene_(scene), frame_(frame), caster_(scene), tree_(scene), light_end_(scene, frame, caster_) {
-    for (const Surface& surface : scene.surfaces) {
-        MediumSides sides{static_cast<int>(media_.size()), static_cast<int>(media_.size()) + 1};
-        media_.push_back({surface.ior_above, glm::dvec3(0), glm::dvec3(0)});
-        media_.push_back({surface.ior_below, scene.medium.absorption, scene.medium.scattering});
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+        const Surface& surface = scene.surfaces[i];
+        MediumSides sides;
+        sides.outside = mediumFor(sideOf(scene, surface, Side::Above), wavelengths_nm);
+        sides.inside = mediumFor(sideOf(scene, surface, Side::Below), wavelengths_nm);
+        sides.nested = surface.medium_below >= 0 && (surface.closed || surface.sphere.has_value()) && !surface.thin;
         sides_.push_back(sides);
+        if (surface.height_field && scene.surfaces.size() > 1) height_fields_.push_back(static_cast<int>(i));
     }
-    for (const Object& object : scene.objects)
-        if (const Plane* plane = std::get_if<Plane>(&object.shape); plane && object.blocks()) planes_.push_back(*plane);
 }
 
-PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& direction) const {
-    if (caster_.empty()) return PathOutcome::Lit;
-    const RayHit back = caster_.firstHit(point, -direction);
+int OpticalScene::mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm) {
+    const auto same = [&](const Medium& other) {
+        return medium.name == other.name && medium.absorption == other.absorption &&
+               medium.scattering == other.scattering && medium.priority == other.priority &&
+               medium.ior.mean() == other.ior.mean() && medium.ior.atChannels() == other.ior.atChannels();
+    };
+    const auto known = std::find_if(given_media_.begin(), given_media_.end(), same);
+    if (known != given_media_.end()) return static_cast<int>(known - given_media_.begin());
+    OpticalMedium out;
+    out.absorption = medium.absorption, out.scattering = medium.scattering, out.priority = medium.priority;
+    out.iors.push_back(medium.ior.mean());
+    for (const double nm : wavelengths_nm) out.iors.push_back(medium.ior.at(nm));
+    out.disperses = medium.ior.disperses() && !wavelengths_nm.empty();
+    media_.push_back(std::move(out)), given_media_.push_back(medium);
+    return static_cast<int>(media_.size()) - 1;
+}
+
+MediumStack OpticalScene::startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const {
+    const bool from_outside = glm::dot(direction, face) < 0;
+    const MediumSides& sides = this->sides(surface);
+    MediumStack stack;
+    stack.base = static_cast<std::int16_t>(from_outside || sides.nested ? sides.outside : sides.inside);
+    // Light that stands inside of a closed body.
+    return from_outside || !sides.nested ? stack : across(stack, surface, true);
+}
+
+int OpticalScene::mediumOf(const MediumStack& inside) const {
+    int best = inside.base;
+    for (int i = 0; i < inside.count; ++i)
+        if (i == 0 || medium(inside.media[i]).priority >= medium(best).priority) best = inside.media[i];
+    return best;
+}
+
+MediumStack OpticalScene::across(const MediumStack& inside, int surface, bool inwards) const {
+    const MediumSides& sides = this->sides(surface);
+    MediumStack out = inside;
+    if (!sides.nested) {
+        out.base = static_cast<std::int16_t>(inwards ? sides.inside : sides.outside);
+        return out;
+    }
+    if (inwards) {
+        if (out.count < MediumStack::kMost) out.media[out.count++] = static_cast<std::int16_t>(sides.inside);
+        return out;
+    }
+    for (int i = out.count - 1; i >= 0; --i)
+        if (out.media[i] == sides.inside) {
+            for (int k = i; k + 1 < out.count; ++k) out.media[k] = out.media[k + 1];
+            --out.count;
+            break;
+        }
+    return out;
+}
+
+OpticalScene::Event OpticalScene::eventAt(int surface, int wavelength, const MediumStack& inside,
+                                          const glm::dvec3& direction, const Meeting& at) const {
+    const Surface& s = scene_.surfaces[static_cast<std::size_t>(surface)];
+    const bool inwards = glm::dot(direction, at.face) < 0;
+    const auto index = static_cast<std::size_t>(wavelength);
+    Event event;
+    if (s.thin) {
+        event.beyond = inside;
+        const double pane = medium(sides(surface).inside).iors[index];
+        event.light = specularEvent(s, medium(mediumOf(inside)).iors[index], pane, direction, at.normal, at.face);
+        return event;
+    }
+    event.beyond = across(inside, surface, inwards);
+    // Inside of a body of a higher priority the water's surface, say, parts nothing.
+    const int from = mediumOf(inside), to = mediumOf(event.beyond);
+    event.void_surface = s.event != SurfaceEvent::Mirror && from == to && (sides(surface).nested || inside.count > 0);
+    if (event.void_surface) return event;
+    event.light = specularEvent(s, medium(from).iors[index], medium(to).iors[index], direction, at.normal, at.face);
+    return event;
+}
+
+Meeting OpticalScene::meetingOnMesh(const Surface& surface, const RayHit& hit, const glm::dvec3& point) const {
+    if (surface.sphere) {
+        const glm::dvec3 normal = glm::normalize(point - surface.sphere->center);
+        return {surface.sphere->center + surface.sphere->radius * normal, normal, normal};
+    }
+    const TriangleMesh& mesh = *surface.mesh;
+    const auto& t = mesh.triangles[hit.triangle];
+    const glm::dvec3 cross =
+        glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+    const glm::dvec3 face = glm::length(cross) > 0 ? glm::normalize(cross) : hit.normal;
+    if (!surface.smooth) return {point, face, face};
+    const double wb = hit.barycentric.x, wc = hit.barycentric.y;
+    const glm::dvec3 normal = (1 - wb - wc) * mesh.normals[t[0]] + wb * mesh.normals[t[1]] + wc * mesh.normals[t[2]];
+    const double length = glm::length(normal);
+    return {point, length > 0 && glm::dot(normal, face) > 0 ? normal / length : face, face};
+}
+
+// First hit with everything, height fields included.
+RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance,
+                              Meeting& meeting) const {
+    RayHit hit = caster_.firstHit(origin, direction, max_distance);
+    bool on_water = false;
+    for (const int i : height_fields_) {
+        const Surface& surface = scene_.surfaces[static_cast<std::size_t>(i)];
+        const double feature = std::min(1.0, surface.height_field->featureSize());
+        const HeightFieldHit at =
+            hitHeightField(surface, origin, direction, 1e-12 * glm::length(origin) + 1e-6 * feature,
+                           std::min(hit.distance, max_distance));
+        if (!(at.distance < std::min(hit.distance, max_distance))) continue;
+        hit = {at.distance,
+               {Target::Kind::Surface, i},
+               0,
+               glm::dvec2(0),
+               glm::dot(at.normal, direction) < 0 ? at.normal : -at.normal};
+        meeting = {at.position, at.normal, at.normal}, on_water = true;
+    }
+    if (hit.target.kind == Target::Kind::Surface && !on_water)
+        meeting = meetingOnMesh(scene_.surfaces[static_cast<std::size_t>(hit.target.index)], hit,
+                                origin + hit.distance * direction);
+    return hit;
+}
+
+PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& direction,
+                                  const std::optional<glm::dvec3>& source) const {
+    if (caster_.empty() && height_fields_.empty()) return PathOutcome::Lit;
+    Meeting unused;
+    const double reach = source ? glm::length(point - *source) : std::numeric_limits<double>::infinity();
+    const RayHit back = firstHit(point, -direction, reach, unused);
     if (!back) return PathOutcome::Lit;
     // Something stands between. What light meets first decides: an object keeps it, a surface has launched it.
-    const double far = glm::length(point - caster_.meshCentre()) + 2 * caster_.meshRadius() + back.distance;
-    const RayHit first = caster_.firstHit(point - far * direction, direction, far);
+    const double far = source ? reach : caster_.reachFrom(point) + back.distance + 1;
+    const RayHit first = firstHit(point - far * direction, direction, far * (1 - 1e-12), unused);
     const Target::Kind kind = first ? first.target.kind : back.target.kind;
     return kind == Target::Kind::Surface ? PathOutcome::Hidden : PathOutcome::Blocked;
 }
 
-OpticalScene::LegEnd OpticalScene::legEnd(const glm::dvec3& origin, const glm::dvec3& direction) const {
-    LegEnd end{{}, std::numeric_limits<double>::infinity()};
-    if (caster_.empty()) return end;
-    end.hit = caster_.firstHit(origin, direction);
+OpticalScene::LegEnd OpticalScene::legEnd(const glm::dvec3& origin, const glm::dvec3& direction,
+                                          const MediumStack& inside) const {
+    LegEnd end{{}, std::numeric_limits<double>::infinity(), {}, inside};
+    if (caster_.empty() && height_fields_.empty()) return end;
+    constexpr int kMostVoidSurfaces = 64;
+    glm::dvec3 from = origin;
+    double passed = 0;
+    for (int i = 0; i < kMostVoidSurfaces; ++i) {
+        end.hit = firstHit(from, direction, std::numeric_limits<double>::infinity(), end.meeting);
+        if (end.hit.target.kind != Target::Kind::Surface) break;
+        const int surface = end.hit.target.index;
+        if (!sides(surface).nested && end.inside.count == 0) break;
+        const Event event = eventAt(surface, 0, end.inside, direction, end.meeting);
+        if (!event.void_surface) break;
+        passed += end.hit.distance, from = end.meeting.position, end.inside = event.beyond;
+    }
+    if (end.hit) end.hit.distance += passed;
     end.deposit_end = light_end_.distance(origin, direction, end.hit);
     return end;
 }

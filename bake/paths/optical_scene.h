@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "bake/paths/light_end.h"
@@ -16,16 +17,25 @@ namespace photic {
 
 /// What fills a part of space, as light sees it.
 struct OpticalMedium {
-    double ior = 1;
+    std::vector<double> iors;                 ///< at each of the scene's wavelengths
     glm::dvec3 absorption{0}, scattering{0};  ///< per channel [1/m]
+    int priority = 0;
+    bool disperses = false;
     glm::dvec3 extinction() const { return absorption + scattering; }
     bool clear() const { return extinction() == glm::dvec3(0); }
 };
 
 /// The media on either side of a surface, in OpticalScene::media.
 struct MediumSides {
-    int outside = 0;  ///< on the side of the normal: ior_above
+    int outside = 0;  ///< on the side of the normal: above
     int inside = 0;
+    bool nested = false;  ///< a closed surface with a named inside: overlaps are decided by priority
+};
+
+/// Where a leg comes to a specular surface.
+struct Meeting {
+    glm::dvec3 position{0};
+    glm::dvec3 normal{0}, face{0};  ///< unit: smooth, and geometric; on the side of ior_above
 };
 
 /// Shares the power of a leg out between the medium that it runs through and what is at its end (Beer-Lambert).
@@ -43,7 +53,8 @@ inline double channelMean(const glm::dvec3& power) { return (power.x + power.y +
 /// each surface. Built once a bake and shared by all lights. Thread-safe.
 class OpticalScene {
 public:
-    OpticalScene(const Scene& scene, const GridFrame& frame);
+    /// @param wavelengths_nm  at which light is traced where media disperse; index 0 is always white light
+    OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm = {});
 
     const Scene& scene() const { return scene_; }
     const GridFrame& frame() const { return frame_; }
@@ -51,28 +62,57 @@ public:
     const TriangleTree& tree() const { return tree_; }
     const OpticalMedium& medium(int index) const { return media_[static_cast<std::size_t>(index)]; }
     const MediumSides& sides(int surface) const { return sides_[static_cast<std::size_t>(surface)]; }
-    /// The planes that block light.
-    const std::vector<Plane>& planes() const { return planes_; }
+    /// Whether light of different wavelengths parts at a surface.
+    bool disperses(int surface) const {
+        return medium(sides(surface).inside).disperses || medium(sides(surface).outside).disperses;
+    }
 
-    /// Whether light from far away along `direction` reaches a point of a surface, or what it meets before.
-    PathOutcome arrival(const glm::dvec3& point, const glm::dvec3& direction) const;
+    /// What light meets first on its way to a point of a surface: `Lit` when that is the surface.
+    /// @param direction  unit, of travel
+    /// @param source     [m] where the light stands; none for a sun
+    PathOutcome arrival(const glm::dvec3& point, const glm::dvec3& direction,
+                        const std::optional<glm::dvec3>& source = std::nullopt) const;
 
-    /// Casts a leg and finds where its deposit ends.
+    /// What light is in that comes from a lamp or a sun to its first surface.
+    /// @param face  geometric normal of the surface, on the side of ior_above
+    MediumStack startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const;
+    /// The medium that is really there.
+    int mediumOf(const MediumStack& inside) const;
+    /// The stack on the other side of a surface. @param inwards  against the surface's normal
+    MediumStack across(const MediumStack& inside, int surface, bool inwards) const;
+
+    /// What becomes of light at a surface that it meets; nothing where the surface parts nothing (a lower priority).
+    struct Event {
+        SpecularEvent light;
+        MediumStack beyond;
+        bool void_surface = false;  ///< light goes on as it came, with the stack `beyond`
+    };
+    Event eventAt(int surface, int wavelength, const MediumStack& inside, const glm::dvec3& direction,
+                  const Meeting& at) const;
+
+    /// Casts a leg and finds where its deposit ends. Surfaces that part nothing are passed.
     struct LegEnd {
         RayHit hit;
         double deposit_end;  ///< [m]; infinity without a hit
+        Meeting meeting;     ///< when a specular surface is hit
+        MediumStack inside;  ///< at the end
     };
-    LegEnd legEnd(const glm::dvec3& origin, const glm::dvec3& direction) const;
+    LegEnd legEnd(const glm::dvec3& origin, const glm::dvec3& direction, const MediumStack& inside) const;
 
 private:
+    int mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm);
+    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
+    Meeting meetingOnMesh(const Surface& surface, const RayHit& hit, const glm::dvec3& point) const;
+
     const Scene& scene_;
     GridFrame frame_;
     RayCaster caster_;
     TriangleTree tree_;
     LightEnd light_end_;
     std::vector<OpticalMedium> media_;
+    std::vector<Medium> given_media_;
     std::vector<MediumSides> sides_;
-    std::vector<Plane> planes_;
+    std::vector<int> height_fields_;  // that legs can meet: none when one stands alone
 };
 
 }  // namespace photic

@@ -35,6 +35,15 @@ inline EmissionParam middle(const EmissionParam& a, const EmissionParam& b) {
     return {0.5 * (a.position + b.position), 0.5 * (a.normal + b.normal)};
 }
 
+/// The media that a path is inside of, of closed surfaces that may overlap: the one of the highest priority is what is
+/// there, among equals the one entered last [Schmidt and Budge 2002]. Outside of all of them lies `base`.
+struct MediumStack {
+    static constexpr int kMost = 7;
+    std::int16_t media[kMost] = {};  ///< in the order in which they were entered, in OpticalScene::media
+    std::int8_t count = 0;
+    std::int16_t base = 0;
+};
+
 enum class PathOutcome : std::uint8_t {
     Lit,      ///< light goes on along the last leg
     Blocked,  ///< an object stands between the light and the first surface; `direction` is where light would go
@@ -50,15 +59,19 @@ struct Path {
     glm::dvec3 position{0};   ///< where the last leg starts: on the surface of the last event [m]
     glm::dvec3 direction{0};  ///< of the last leg, unit, world; 0 where the last surface sends none
     glm::dvec3 arriving{1};   ///< share of the emitted power that reaches the last event, per channel
-    double fraction = 0;      ///< of the arriving power that goes on along the last leg
+    glm::dvec3 fraction{0};   ///< of the arriving power that goes on along the last leg, per channel
     double untraced = 0;      ///< of it, in branches that the surface's `event` leaves out (ledger: reflected)
     double dropped = 0;       ///< of it, in branches that would meet the surface again (ledger: dropped)
+    glm::dvec3 absorbed{0};   ///< of it, that a metal keeps, per channel (ledger: absorbed at surfaces)
     int medium = 0;           ///< of the last leg, in OpticalScene::media
+    MediumStack inside;       ///< of the last leg
     PathOutcome outcome = PathOutcome::Dark;
     Target end;  ///< what the last leg meets
     std::uint32_t end_triangle = 0;
     double hit_distance = std::numeric_limits<double>::infinity();  ///< [m] along the last leg; infinity without a hit
     double end_distance = std::numeric_limits<double>::infinity();  ///< where its deposit ends, overshoot included [m]
+
+    bool dark() const { return fraction.x + fraction.y + fraction.z <= 0; }
 };
 
 }  // namespace photic

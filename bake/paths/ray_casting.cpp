@@ -50,12 +50,18 @@ struct CastPlane {
     Plane plane;
 };
 
+struct CastSphere {
+    Target target;
+    Sphere sphere;
+};
+
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
 
 struct RayCaster::Impl {
     std::vector<CastPlane> planes;
+    std::vector<CastSphere> spheres;
     std::vector<CastMesh> meshes;
     std::vector<std::shared_ptr<const TriangleMesh>> keep_alive;
     glm::dvec3 centre{0};
@@ -154,6 +160,23 @@ struct RayCaster::Impl {
         }
     }
 
+    void hitSpheres(const glm::dvec3& origin, const glm::dvec3& direction, RayHit& best) const {
+        for (const CastSphere& s : spheres) {
+            const double r = s.sphere.radius, self = 1e-9 * (r + glm::length(s.sphere.center));
+            const glm::dvec3 to = s.sphere.center - origin;
+            const double along = glm::dot(to, direction);
+            const glm::dvec3 miss = to - along * direction;
+            const double half2 = r * r - glm::dot(miss, miss);
+            if (half2 <= 0) continue;
+            const double half = std::sqrt(half2);
+            // A ray that starts on the sphere meets it once more, on the far side, or not at all.
+            const double t = along - half > self ? along - half : along + half;
+            if (!(t > self) || t >= best.distance) continue;
+            const glm::dvec3 outward = (origin + t * direction - s.sphere.center) / r;
+            best = {t, s.target, 0, glm::dvec2(0), glm::dot(outward, direction) < 0 ? outward : -outward};
+        }
+    }
+
     void hitMeshes(const glm::dvec3& origin, const glm::dvec3& direction, RayHit& best) const {
         // Start at the bounding sphere: single precision then never sees a far origin.
         const glm::dvec3 o = (origin - centre) / radius;
@@ -210,9 +233,14 @@ struct RayCaster::Impl {
 };
 
 RayCaster::RayCaster(const Scene& scene) : impl_(std::make_unique<Impl>()) {
-    for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
-        impl_->add({Target::Kind::Surface, static_cast<int>(i)}, scene.surfaces[i].mesh, scene.surfaces[i].name,
-                   scene.surfaces[i].where);
+    for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
+        const Surface& surface = scene.surfaces[i];
+        const Target target{Target::Kind::Surface, static_cast<int>(i)};
+        if (surface.sphere)
+            impl_->spheres.push_back({target, *surface.sphere});
+        else
+            impl_->add(target, surface.mesh, surface.name, surface.where);
+    }
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
         const Object& object = scene.objects[i];
         const Target target{Target::Kind::Object, static_cast<int>(i)};
@@ -228,10 +256,14 @@ RayCaster::RayCaster(const Scene& scene) : impl_(std::make_unique<Impl>()) {
 RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 
-bool RayCaster::empty() const { return impl_->planes.empty() && impl_->meshes.empty(); }
-bool RayCaster::planesOnly() const { return impl_->meshes.empty(); }
-double RayCaster::meshRadius() const { return impl_->meshes.empty() ? 0 : impl_->radius; }
-glm::dvec3 RayCaster::meshCentre() const { return impl_->centre; }
+bool RayCaster::empty() const { return impl_->planes.empty() && impl_->spheres.empty() && impl_->meshes.empty(); }
+bool RayCaster::planesOnly() const { return impl_->meshes.empty() && impl_->spheres.empty(); }
+double RayCaster::reachFrom(const glm::dvec3& point) const {
+    double reach = impl_->meshes.empty() ? 0 : glm::length(point - impl_->centre) + impl_->radius;
+    for (const CastSphere& s : impl_->spheres)
+        reach = std::max(reach, glm::length(point - s.sphere.center) + s.sphere.radius);
+    return reach;
+}
 
 RayHit RayCaster::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance) const {
     RayHit best;
@@ -239,6 +271,7 @@ RayHit RayCaster::firstHit(const glm::dvec3& origin, const glm::dvec3& direction
     if (!finite(origin) || !finite(direction)) return best;
     best.distance = max_distance;
     impl_->hitPlanes(origin, direction, best);
+    impl_->hitSpheres(origin, direction, best);
     if (!impl_->meshes.empty()) impl_->hitMeshes(origin, direction, best);
     if (!best) best.distance = std::numeric_limits<double>::infinity();
     return best;

@@ -29,8 +29,8 @@ struct RayHit {
 };
 
 /// First hit of a ray with everything that stands in the scene: receivers and blockers (movables never), and specular
-/// meshes. Meshes go through Embree, planes are intersected in double; all are met from either side. Height fields are
-/// left out. Thread-safe.
+/// meshes. Meshes go through Embree, planes and spheres are intersected in double; all are met from either side. Height
+/// fields are left out. Thread-safe.
 ///
 /// Embree works in single precision on coordinates about the meshes' centre in units of their size, so neither a far
 /// origin nor a large or tiny mesh loses digits; the distance is then found again in double on the face that was hit.
@@ -56,9 +56,8 @@ public:
     RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction,
                     double max_distance = std::numeric_limits<double>::infinity()) const;
 
-    /// Half diagonal [m] and centre of all meshes' bounds; 0 without meshes.
-    double meshRadius() const;
-    glm::dvec3 meshCentre() const;
+    /// A distance [m] from a point within which all meshes and spheres lie; 0 without any.
+    double reachFrom(const glm::dvec3& point) const;
 
 private:
     struct Impl;

@@ -25,6 +25,12 @@ struct PowerLedger {
     double dropped = 0;           ///< tubes given up at the refinement floor
     double culled = 0;            ///< tubes that touch no needed voxel, and launched light that misses everything
 
+    /// All terms, `emitted` first.
+    static constexpr double PowerLedger::*kTerms[] = {
+        &PowerLedger::emitted,   &PowerLedger::reflected,        &PowerLedger::absorbed_medium,
+        &PowerLedger::scattered, &PowerLedger::absorbed_surface, &PowerLedger::received,
+        &PowerLedger::escaped,   &PowerLedger::dropped,          &PowerLedger::culled};
+
     double accounted() const {
         return reflected + absorbed_medium + scattered + absorbed_surface + received + escaped + dropped + culled;
     }

@@ -20,10 +20,13 @@ RowTraceSetup rowSetup(const PathTracer& tracer) {
     const Surface& surface = tracer.surface();
     const GridFrame& frame = tracer.optics().frame();
     RowTraceSetup setup;
-    setup.light_direction = tracer.emission().direction();
+    setup.light_direction = tracer.emission().sample().direction;
     setup.refract = tracer.history().front().branch == Branch::Refracted;
     setup.traces_other_branch = surface.event == SurfaceEvent::Both;
-    setup.ior_from = surface.ior_above, setup.ior_to = surface.ior_below;
+    const MediumSides& sides = tracer.optics().sides(tracer.emission().surfaceIndex());
+    const auto wavelength = static_cast<std::size_t>(tracer.wavelength());
+    setup.ior_from = tracer.optics().medium(sides.outside).iors[wavelength];
+    setup.ior_to = tracer.optics().medium(sides.inside).iors[wavelength];
     setup.index_from_world = frame.indexFromWorld();
     setup.grid_origin = frame.origin_world;
     setup.overshoot_layers = kOvershootVoxels, setup.longest_overshoot = kMaxOvershootVoxels;
@@ -122,11 +125,18 @@ private:
         return down ? frame.min.z - 0.5 : frame.max.z + 0.5;
     }
 
+    // A second height field, which the rows do not know.
+    bool surfacesElsewhere() const {
+        const auto& surfaces = tracer_.optics().scene().surfaces;
+        return std::count_if(surfaces.begin(), surfaces.end(),
+                             [](const Surface& s) { return s.height_field != nullptr; }) > 1;
+    }
+
     // Whether a block's tubes can be laid as they are: all rays go on through z layers, straight enough, to ends that
     // their corners tell.
     bool isPlain(Strip& strip, int column, int columns) const {
         RayRow* rays = strip.rays();
-        if (refine_.max_edge > 0) return false;
+        if (refine_.max_edge > 0 || !tracer_.emission().parallel() || surfacesElsewhere()) return false;
         for (int j = 0; j <= strip.rows; ++j)
             for (int i = column; i <= column + columns; ++i)
                 if (rays[j].per_layer[static_cast<std::size_t>(i)] <= 0) return false;
@@ -144,9 +154,9 @@ private:
                 const SurfaceRow& p = strip.points()[j];
                 const auto k = static_cast<std::size_t>(i);
                 const glm::dvec3 normal = glm::normalize(glm::dvec3(p.nx[k], p.ny[k], p.nz[k]));
-                paths.push_back(
-                    tracer_.follow(lattice_.param(i, strip.first_row + j),
-                                   {{p.px[k], p.py[k], p.pz[k]}, tracer_.emission().direction(), normal, normal}));
+                const glm::dvec3 position(p.px[k], p.py[k], p.pz[k]);
+                paths.push_back(tracer_.follow(lattice_.param(i, strip.first_row + j),
+                                               {position, tracer_.emission().directionAt(position), normal, normal}));
             }
         const auto path = [&](int i, int j) -> const Path& {
             return paths[static_cast<std::size_t>(j * (columns + 1) + i)];

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "bake/threads/parallel_for.h"
@@ -13,11 +14,7 @@ namespace {
 constexpr std::int64_t kTrianglesAPart = 16, kPartsABatch = 1024;
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
-    to.emitted += from.emitted, to.reflected += from.reflected, to.absorbed_medium += from.absorbed_medium,
-        to.scattered += from.scattered;
-    to.absorbed_surface += from.absorbed_surface, to.received += from.received, to.escaped += from.escaped,
-        to.dropped += from.dropped;
-    to.culled += from.culled;
+    for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;
 }
 
 // Joins the builders' tubes in the order of their parts.
@@ -37,6 +34,8 @@ std::array<TubeSet, 6> joined(std::vector<TubeBuilder>& builders) {
 
 // Runs parts in parallel, batch by batch, and hands each batch's tubes to the sink in the order of the parts.
 void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTotals& totals, const Part& part) {
+    if (shared_ && is_first_) shared_->assign(static_cast<std::size_t>(parts), 0.0);
+    const bool second = shared_ && !is_first_ && shared_->size() == static_cast<std::size_t>(parts);
     for (std::int64_t first = 0; first < parts; first += parts_a_batch) {
         monitor_.checkCancelled();
         monitor_.progress("trace", static_cast<double>(first) / static_cast<double>(parts));
@@ -48,8 +47,12 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
         parallelFor(count, [&](std::int64_t i) {
             monitor_.checkCancelled();
             const auto index = static_cast<std::size_t>(i);
+            const auto number = static_cast<std::size_t>(first + i);
+            builders[index].beginHold();
             traced[index] = part(first + i, builders[index]);
             builders[index].finish();
+            if (second) builders[index].endHold(TubeBuilder::Held::Leaving, (*shared_)[number]);
+            if (shared_ && is_first_) (*shared_)[number] = builders[index].leftForOther();
         });
         for (std::size_t i = 0; i < builders.size(); ++i) {
             addPower(totals.power, builders[i].power());
@@ -79,9 +82,13 @@ void Launch::mesh(LaunchTotals& totals) {
             const glm::dvec3 cross = glm::cross(q - p, r - p);
             if (!(glm::length(cross) > 0)) continue;
             const glm::dvec3 face = glm::normalize(cross);
+            // On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own.
+            const double hair = tracer_.surface().smooth ? 0 : 1e-7;
+            const glm::dvec3 middle = (p + q + r) / 3.0;
             Path corners[3];
             for (std::size_t i = 0; i < 3; ++i)
-                corners[i] = tracer_.trace({mesh.positions[triangle[i]], mesh.normals[triangle[i]]}, face);
+                corners[i] = tracer_.trace(
+                    {glm::mix(mesh.positions[triangle[i]], middle, hair), mesh.normals[triangle[i]]}, face);
             refiner.add(corners[0], corners[1], corners[2], face);
             traced += 3;
         }
@@ -100,7 +107,11 @@ void Launch::seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals) {
                       const TubeSeed& seed = seeds[static_cast<std::size_t>(i)];
                       Path corners[3];
                       for (std::size_t k = 0; k < 3; ++k) corners[k] = tracer_.trace(seed.corner[k], seed.face);
+                      // The second branch is held as a whole, to what the first has left.
+                      const bool held = !shared_ || is_first_;
+                      if (held) builder.beginHold();
                       refiner.add(corners[0], corners[1], corners[2], seed.face);
+                      if (held) builder.endHold(TubeBuilder::Held::Arriving, seed.power);
                       traced += 3;
                   }
                   return traced + refiner.traced();

@@ -40,6 +40,10 @@ public:
     Launch(const PathTracer& tracer, const LaunchOptions& options, const TubeSink& sink, Monitor& monitor)
         : tracer_(tracer), obstacles_(tracer), options_(options), sink_(sink), monitor_(monitor) {}
 
+    /// Makes the two branches of an event share its power out exactly, part by part of the domain: the first records
+    /// what it leaves, the second takes that.
+    void shareWithOther(std::vector<double>& parts, bool first) { shared_ = &parts, is_first_ = first; }
+
     /// The part of a height field that can send light into the grid.
     /// Memory: some 150 bytes a tube of a batch of at most a million.
     void heightField(const LaunchDomain& domain, LaunchTotals& totals);
@@ -57,6 +61,8 @@ private:
     const LaunchOptions& options_;
     const TubeSink& sink_;
     Monitor& monitor_;
+    std::vector<double>* shared_ = nullptr;  // of each part, what is left for the second branch [W]
+    bool is_first_ = true;
 };
 
 }  // namespace photic

@@ -88,12 +88,14 @@ Obstacles::Leg Obstacles::lastLeg(const Path& path, double shortened_voxels) con
 
 // From where all that stands in the scene is passed.
 Obstacles::Leg Obstacles::legFromLight(const glm::dvec3& entry) const {
-    const glm::dvec3& direction = tracer_.emission().direction();
+    const glm::dvec3 direction = tracer_.emission().directionAt(entry);
     const TriangleTree& tree = optics_.tree();
+    const auto& source = tracer_.emission().sample().source;
     const double reach =
-        glm::length(entry - 0.5 * (tree.low() + tree.high())) + 0.5 * glm::length(tree.high() - tree.low());
+        source ? glm::length(entry - *source)
+               : glm::length(entry - 0.5 * (tree.low() + tree.high())) + 0.5 * glm::length(tree.high() - tree.low());
     const double end = enters_on_mesh_ ? kNear * metresPerVoxel(optics_.frame(), direction) : 0;
-    return {entry - (reach + end) * direction, entry - end * direction};
+    return {entry - std::max(reach, end) * direction, entry - end * direction};
 }
 
 // Whether what stands between `before` and `behind` [m] of the ends shows no gap.
@@ -105,6 +107,14 @@ bool Obstacles::covered(const Leg& a, const Leg& b, double before, double behind
     return optics_.tree().shownArea(region, d) >= kWhole * glm::dot(across, across);
 }
 
+// A surface that light leaves or comes to bends into its own way: it is looked for down to a voxel, all else down to
+// the smallest tube.
+bool Obstacles::standsIn(const ConvexRegion& space, const PathEvent& event, double width) const {
+    const Target own{Target::Kind::Surface, event.surface};
+    if (!optics_.scene().surfaces[static_cast<std::size_t>(event.surface)].mesh) return optics_.tree().reaches(space);
+    return optics_.tree().reaches(space, own) || (width > kNear && optics_.tree().reaches(space));
+}
+
 bool Obstacles::between(const Path& a, const Path& b, double width) const {
     if (none() || a.outcome == PathOutcome::Dark) return false;
     // The legs to the first surface were looked at when shorter histories were laid.
@@ -113,9 +123,9 @@ bool Obstacles::between(const Path& a, const Path& b, double width) const {
         // A shadow is looked at for gaps, down to a voxel.
         if (a.outcome != PathOutcome::Lit)
             return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);
-        if (optics_.tree().reaches(spaceBetween(to_a, to_b))) return true;
+        if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width)) return true;
     }
-    if (optics_.tree().reaches(spaceBetween(lastLeg(a, kNear), lastLeg(b, kNear)))) return true;
+    if (standsIn(spaceBetween(lastLeg(a, kNear), lastLeg(b, kNear)), tracer_.history().back(), width)) return true;
     if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
     const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
     return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);
@@ -126,12 +136,15 @@ bool Obstacles::endOnOneObject(RayRow* row, int first, int columns, int rows, co
     std::vector<OpticalScene::LegEnd> ends;
     std::vector<glm::dvec3> points;
     glm::dvec3 d(0);
+    const PathEvent& event = tracer_.history().front();
+    MediumStack inside = optics_.startingInside(event.surface, {0, 0, -1}, {0, 0, 1});
+    if (event.branch == Branch::Refracted) inside = optics_.across(inside, event.surface, true);
     for (int j = 0; j <= rows; ++j)
         for (int i = first; i <= first + columns; ++i) {
             const RayRow& r = row[j];
             const auto k = static_cast<std::size_t>(i);
             const glm::dvec3 start(r.x[k], r.y[k], r.z[k]), direction(r.dx[k], r.dy[k], r.dz[k]);
-            ends.push_back(optics_.legEnd(start, direction));
+            ends.push_back(optics_.legEnd(start, direction, inside));
             const RayHit& hit = ends.back().hit;
             if (hit.target.kind != Target::Kind::Object || hit.target != ends.front().hit.target) return false;
             points.push_back(start + hit.distance * direction), d += direction;

@@ -47,6 +47,7 @@ private:
     };
     ConvexRegion spaceAround(const std::vector<Leg>& legs) const;
     ConvexRegion spaceBetween(const Leg& a, const Leg& b) const;
+    bool standsIn(const ConvexRegion& space, const PathEvent& event, double width) const;
     bool covered(const Leg& a, const Leg& b, double before, double behind) const;
     Leg lastLeg(const Path& path, double shortened_voxels) const;
     Leg legFromLight(const glm::dvec3& entry) const;

@@ -9,6 +9,13 @@
 namespace photic {
 namespace {
 
+// Of the unfocused light on a voxel's face: tubes that carry less are not divided. What they misplace cannot be seen,
+// and behind many events, or at a grazing entry, there would be no end of them.
+constexpr double kLeastPower = 1.0 / 1024;
+
+// Tubes that stay outside of the grid are divided down to this [voxels].
+constexpr double kWideOutside = 1;
+
 double largest(const glm::dvec3& v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
 
 }  // namespace
@@ -25,7 +32,38 @@ bool PathComparison::canShareTube(const Path& a, const Path& b) const {
 }
 
 double PathComparison::width(const Path& a, const Path& b) const {
-    return largest(frame_.indexDirection(a.position - b.position));
+    // A path that is lost on its way stands anywhere.
+    const bool lost = a.outcome == PathOutcome::Dark || b.outcome == PathOutcome::Dark;
+    return lost ? entryWidth(a, b) : largest(frame_.indexDirection(a.position - b.position));
+}
+
+bool PathComparison::missesGrid(const Path& a, const Path& b) const {
+    if (a.outcome == PathOutcome::Dark && b.outcome == PathOutcome::Dark) return false;
+    const double margin = 1 + width(a, b);
+    bool below[3] = {true, true, true}, above[3] = {true, true, true};
+    for (const Path* path : {&a, &b}) {
+        if (path->outcome == PathOutcome::Dark) continue;  // lays nothing
+        const glm::dvec3 p = frame_.indexFromWorld(path->position), d = frame_.indexDirection(path->direction);
+        const double length = std::min(path->hit_distance, std::max(0.0, frame_.exitDistance(p, d)));
+        const glm::dvec3 q = p + d * length;
+        for (int k = 0; k < 3; ++k) {
+            below[k] = below[k] && std::max(p[k], q[k]) < frame_.min[k] - 0.5 - margin;
+            above[k] = above[k] && std::min(p[k], q[k]) > frame_.max[k] + 0.5 + margin;
+        }
+    }
+    return below[0] || below[1] || below[2] || above[0] || above[1] || above[2];
+}
+
+double PathComparison::carries(const Path& a, const Path& b) const {
+    const auto share = [](const Path& p) { return channelMean(p.arriving * p.fraction); };
+    const double width = entryWidth(a, b);
+    // Before its first surface, light has lost nothing yet.
+    const bool dark = a.outcome != PathOutcome::Lit && b.outcome != PathOutcome::Lit;
+    return width * width * (dark ? 1.0 : std::max(share(a), share(b)));
+}
+
+double PathComparison::entryWidth(const Path& a, const Path& b) const {
+    return largest(frame_.indexDirection(a.entry - b.entry));
 }
 
 // Where a path's deposit ends in the grid's box, in index space.
@@ -73,7 +111,9 @@ std::size_t Refiner::ParamHash::operator()(const EmissionParam& p) const {
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m) const {
     const double width = compare_.width(a, b);
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
-    if (width <= options_.silhouette) return false;
+    if (width <= options_.silhouette || compare_.carries(a, b) < kLeastPower) return false;
+    // Where nothing is laid, light is followed only as well as it must be to come back.
+    if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m)) return true;
     if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;

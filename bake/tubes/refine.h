@@ -36,8 +36,14 @@ public:
     bool endsApart(const Path& a, const Path& b) const;
     /// A step in depth inside one object is a silhouette too.
     bool stepsInDepth(const Path& a, const Path& middle, const Path& b) const;
-    /// Distance between where the last legs start [voxels].
+    /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
     double width(const Path& a, const Path& b) const;
+    /// Distance between where they meet the first surface [voxels].
+    double entryWidth(const Path& a, const Path& b) const;
+    /// Whether both last legs, and what is as far beside them as they are apart, stay outside of the grid.
+    bool missesGrid(const Path& a, const Path& b) const;
+    /// About what a tube of this edge carries, as a share of the unfocused light on a voxel's face.
+    double carries(const Path& a, const Path& b) const;
 
 private:
     glm::dvec3 landing(const Path& path) const;

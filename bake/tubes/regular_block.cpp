@@ -65,10 +65,13 @@ void TubeBuilder::countRegular(const RayRow* row, int first, int columns, int ro
         const RayRow& r = row[j];
         for (int i = 0; i <= columns; ++i, ++corner) {
             const auto k = static_cast<std::size_t>(first + i);
-            const glm::dvec3 arriving = emission_->irradiance() * (across[corner] / 3);
-            if (launch_.counts_emission)
-                power_.emitted += channelMean(arriving), power_.reflected += channelMean(arriving) * r.untraced[k];
+            const glm::dvec3 arriving = emission_->sample().strength * (across[corner] / 3);
+            arriving_ += channelMean(arriving);
+            if (launch_.counts_emission) power_.emitted += channelMean(arriving);
+            if (launch_.counts_event) power_.reflected += channelMean(arriving) * r.untraced[k];
+            kept_ += channelMean(arriving) * r.untraced[k];
             const glm::dvec3 power = arriving * r.fraction[k];
+            leaving_ += channelMean(power);
             if (culled) {
                 power_.culled += channelMean(power);
                 continue;
@@ -96,7 +99,7 @@ void TubeBuilder::layRegular(const TubeBlock& block, const RayRow* row, int firs
         for (auto k = static_cast<std::size_t>(first); k <= static_cast<std::size_t>(first + columns); ++k)
             *corner++ = {r.u[k], r.v[k], r.w[k], r.du[k], r.dv[k], std::clamp(r.w_end[k], -1e30, 1e30)};
     }
-    const glm::dvec3 power_per_area = emission_->irradiance() / 3.0;
+    const glm::dvec3 power_per_area = emission_->sample().strength / 3.0;
     TubeConstants* tube = &set.tubes[block.first_tube];
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i)

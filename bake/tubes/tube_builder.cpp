@@ -72,19 +72,26 @@ CornerRay TubeBuilder::cornerRay(const Path& path, int axis, double end_distance
 // Returns what arrives at a surface that hands it on.
 double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid) {
     if (path.outcome == PathOutcome::Hidden) return 0;
-    const bool first = launch_.counts_emission;
-    if (first) power_.emitted += channelMean(emitted);
+    if (launch_.counts_emission) power_.emitted += channelMean(emitted);
     if (path.outcome == PathOutcome::Blocked) {
-        if (first) power_.absorbed_surface += channelMean(emitted);
+        if (launch_.counts_emission) power_.absorbed_surface += channelMean(emitted);
         return 0;
     }
     const glm::dvec3 arriving = emitted * path.arriving;
-    if (first)
-        power_.reflected += channelMean(arriving) * path.untraced,
-            power_.dropped += channelMean(arriving) * path.dropped;
+    arriving_ += channelMean(arriving);
+    const double absorbed = channelMean(arriving * path.absorbed);
+    kept_ += channelMean(arriving) * (path.untraced + path.dropped) + absorbed;
+    if (launch_.counts_event) {
+        power_.reflected += channelMean(arriving) * path.untraced;
+        power_.dropped += channelMean(arriving) * path.dropped;
+        power_.absorbed_surface += absorbed;
+    }
     if (path.outcome != PathOutcome::Lit) return 0;
     const glm::dvec3 power = arriving * path.fraction;
-    if (unlaid) {
+    leaving_ += channelMean(power);
+    const bool hands_on = path.end.kind == Target::Kind::Surface && launch_.follows_on;
+    // What lies outside the grid may come back into it.
+    if (unlaid && !hands_on) {
         power_.*unlaid += channelMean(power);
         return 0;
     }
@@ -92,7 +99,7 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
         0.0, frame().exitDistance(frame().indexFromWorld(path.position), frame().indexDirection(path.direction)));
     const double length = std::min(path.hit_distance, exit);
     const OpticalMedium& medium = optics_->medium(path.medium);
-    if (path.end.kind == Target::Kind::Surface && launch_.follows_on) {
+    if (hands_on) {
         PowerLedger handed_on;
         const glm::dvec3 left = countLeg(medium, power, path.hit_distance, &PowerLedger::received, handed_on);
         power_.absorbed_medium += handed_on.absorbed_medium, power_.scattered += handed_on.scattered;
@@ -203,6 +210,29 @@ TubeConstants TubeBuilder::constantsOf(const Corners& corners, int axis, const g
         tube.travel[k] = static_cast<float>(travel[k]);
     }
     return tube;
+}
+
+void TubeBuilder::beginHold() {
+    hold_.power = power_, hold_.arriving = arriving_, hold_.leaving = leaving_, hold_.kept = kept_;
+    hold_.seeds = seeds_.size();
+    for (std::size_t s = 0; s < sets_.size(); ++s) hold_.tubes[s] = sets_[s].tubes.size();
+}
+
+void TubeBuilder::endHold(Held what, double power) {
+    const double found = what == Held::Arriving ? arriving_ - hold_.arriving : leaving_ - hold_.leaving;
+    if (!(found > 0)) {
+        power_.dropped += power;
+        return;
+    }
+    const double scale = power / found;
+    for (double PowerLedger::*const term : PowerLedger::kTerms)
+        power_.*term = hold_.power.*term + scale * (power_.*term - hold_.power.*term);
+    arriving_ = hold_.arriving + scale * (arriving_ - hold_.arriving);
+    leaving_ = hold_.leaving + scale * (leaving_ - hold_.leaving), kept_ = hold_.kept + scale * (kept_ - hold_.kept);
+    for (std::size_t i = hold_.seeds; i < seeds_.size(); ++i) seeds_[i].power *= scale;
+    for (std::size_t s = 0; s < sets_.size(); ++s)
+        for (std::size_t t = hold_.tubes[s]; t < sets_[s].tubes.size(); ++t)
+            for (float& watts : sets_[s].tubes[t].power) watts *= static_cast<float>(scale);
 }
 
 void TubeBuilder::reserve(int sense, std::size_t corners, std::size_t tubes) {

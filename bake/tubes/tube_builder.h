@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -19,6 +20,7 @@ namespace photic {
 struct TubeLaunch {
     int channels = 1;             ///< of power: 1 white, 3 coloured
     bool counts_emission = true;  ///< false for a second history of the same light: what is emitted is counted once
+    bool counts_event = true;     ///< false for a second branch of the same event: what it leaves out is counted once
     bool follows_on = false;      ///< light that meets a specular surface is handed on to longer histories
 };
 
@@ -54,6 +56,13 @@ public:
     void addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first, int columns,
                     int rows);
 
+    /// What is added between these two brings `power` [W, mean of the channels] to its last event, or takes it away
+    /// from there, all in all. Each history divides its tubes in its own way, which changes their sums in the fourth
+    /// digit; so the shorter history says what arrives, and the first branch of an event what is left for the second.
+    enum class Held { Arriving, Leaving };
+    void beginHold();
+    void endHold(Held what, double power);
+
     /// Makes room for the tubes of regular blocks that go down (`sense` < 0) or up through z layers.
     void reserve(int sense, std::size_t corners, std::size_t tubes);
 
@@ -64,6 +73,8 @@ public:
 
     const GridFrame& frame() const { return optics_->frame(); }
     const PowerLedger& power() const { return power_; }
+    /// Of the power that came to the last event what neither went on nor stayed there: the other branch's [W].
+    double leftForOther() const { return std::max(0.0, arriving_ - leaving_ - kept_); }
     std::int64_t tubes() const { return tubes_; }
     std::vector<TubeSeed>& seeds() { return seeds_; }
 
@@ -100,7 +111,15 @@ private:
     std::array<OpenBlock, 6> open_;
     std::vector<TubeSeed> seeds_;
     PowerLedger power_;
+    double arriving_ = 0, leaving_ = 0,
+           kept_ = 0;  // at the last event [W]: in all, along the branch, and by the surface
     std::int64_t tubes_ = 0;
+    struct HoldStart {
+        PowerLedger power;
+        double arriving = 0, leaving = 0, kept = 0;
+        std::array<std::size_t, 6> tubes{};
+        std::size_t seeds = 0;
+    } hold_;
 };
 
 }  // namespace photic

@@ -212,8 +212,7 @@ TEST(EikonalPoint, FarAwayItIsASun) {
         ASSERT_NEAR(double(b.caustic->value(v, 0)), double(a.caustic->value(v, 0)), 5e-3);
     });
     EXPECT_NEAR(std::stod(b.metadata.at("first_caustic_z")), std::stod(a.metadata.at("first_caustic_z")), 5e-3);
-    for (const Method& method : {beamsMethod(), photonsMethod(), waveMethod()})
-        EXPECT_NE(method.refusal(lamp).find("point"), std::string::npos) << method.name;
+    EXPECT_NE(waveMethod().refusal(lamp), "");
 }
 
 }  // namespace

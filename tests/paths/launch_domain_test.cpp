@@ -77,7 +77,8 @@ LaunchDomain byTrying(const Pool& s, double disc_deg) {
         const SurfacePoint p = s.scene.surfaces[0].height_field->at(uv);
         const glm::dvec3 normal = glm::normalize(p.normal);
         if (glm::dot(direction, normal) >= 0) continue;
-        const SpecularEvent event = specularEvent(s.scene.surfaces[0], direction, normal, normal);
+        const SpecularEvent event = specularEvent(s.scene.surfaces[0], s.scene.surfaces[0].ior_above,
+                                                  s.scene.surfaces[0].ior_below, direction, normal, normal);
         for (int b = 0; b < event.count; ++b) {
             double from, to;
             if (!grid.clip(p.position, event.branches[static_cast<std::size_t>(b)].direction, from, to)) continue;
@@ -163,13 +164,16 @@ TEST(SpecularEvent, SharesOutAllPower) {
                 if (!mesh && face.z < 0) face = -face;
                 if (!mesh && glm::dot(d, face) > 0) d = -d;
                 const glm::dvec3 smooth = mesh ? glm::normalize(face + 0.3 * any()) : face;
-                const SpecularEvent e = specularEvent(surface, d, smooth, face);
+                const bool from_above = glm::dot(d, face) < 0;
+                const SpecularEvent e =
+                    specularEvent(surface, from_above ? 1 : 1.333, from_above ? 1.333 : 1, d, smooth, face);
                 double sum = e.untraced + e.dropped;
                 for (int b = 0; b < e.count; ++b) {
                     const SpecularBranch& branch = e.branches[static_cast<std::size_t>(b)];
-                    sum += branch.fraction;
-                    EXPECT_EQ(branch.below, glm::dot(branch.direction, face) < 0);
-                    EXPECT_TRUE(mesh || branch.below == (branch.direction.z < 0));
+                    sum += branch.fraction.x;
+                    const bool below = branch.crosses == from_above;
+                    EXPECT_EQ(below, glm::dot(branch.direction, face) < 0);
+                    EXPECT_TRUE(mesh || below == (branch.direction.z < 0));
                 }
                 ASSERT_NEAR(sum, 1, 1e-12);
             }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/optics/snell.h"
 #include "bake/paths/row_trace.h"
 #include "tests/support/tube_scenes.h"
 
@@ -14,7 +15,7 @@ namespace {
 
 using support::WaterScene;
 
-RowTraceSetup setupOf(const WaterScene& water, Branch branch, const OpticalScene& optics) {
+RowTraceSetup setupOf(const WaterScene& water, Branch branch) {
     RowTraceSetup setup;
     const Surface& surface = water.scene.surfaces[0];
     setup.light_direction = water.scene.lights[0].direction;
@@ -23,9 +24,12 @@ RowTraceSetup setupOf(const WaterScene& water, Branch branch, const OpticalScene
     setup.ior_from = surface.ior_above, setup.ior_to = surface.ior_below;
     setup.index_from_world = water.frame.indexFromWorld(), setup.grid_origin = water.frame.origin_world;
     setup.overshoot_layers = kOvershootVoxels, setup.longest_overshoot = kMaxOvershootVoxels;
-    for (const Plane& plane : optics.planes())
-        setup.planes.push_back(
-            {plane.normal, glm::dot(plane.normal, plane.point), mainAxis(water.frame.indexNormal(plane.normal)), true});
+    for (const Object& object : water.scene.objects) {
+        const Plane& plane = std::get<Plane>(object.shape);
+        if (object.blocks())
+            setup.planes.push_back({plane.normal, glm::dot(plane.normal, plane.point),
+                                    mainAxis(water.frame.indexNormal(plane.normal)), object.receives()});
+    }
     return setup;
 }
 
@@ -42,12 +46,12 @@ TEST_P(RowsAndPaths, AgreeToRounding) {
                                    support::planeObject({0.8, 0, 0}, {-1, 0, 0.1}),
                                    support::planeObject({0, 0, 0.9}, {0, 0.1, -1}, Role::Movable)};
             const OpticalScene optics(water.scene, water.frame);
-            const Emission emission(water.scene, 0, glm::dvec3(1), water.scene.lights[0].direction);
+            const Emission emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front());
             const PathTracer tracer(optics, emission, {{0, branch}});
             SurfaceRow points;
             water.scene.surfaces[0].height_field->row({-0.9, 0.13}, 0.011, 160, points);
             RayRow rays;
-            rowTracer(GetParam())(setupOf(water, branch, optics), points, rays);
+            rowTracer(GetParam())(setupOf(water, branch), points, rays);
             int compared = 0;
             for (std::size_t i = 0; i < 160; ++i) {
                 if (rays.per_layer[i] <= 0) continue;
@@ -55,7 +59,7 @@ TEST_P(RowsAndPaths, AgreeToRounding) {
                 ASSERT_EQ(path.outcome, PathOutcome::Lit) << i;
                 EXPECT_LT(glm::length(path.position - glm::dvec3(rays.x[i], rays.y[i], rays.z[i])), 1e-12);
                 EXPECT_LT(glm::length(path.direction - glm::dvec3(rays.dx[i], rays.dy[i], rays.dz[i])), 1e-12);
-                EXPECT_NEAR(path.fraction, rays.fraction[i], 1e-12);
+                EXPECT_NEAR(path.fraction.y, rays.fraction[i], 1e-12);
                 EXPECT_NEAR(path.untraced, rays.untraced[i], 1e-12);
                 if (std::isfinite(path.hit_distance)) {
                     EXPECT_NEAR(path.hit_distance / rays.hit_distance[i], 1, 1e-11);
@@ -80,7 +84,7 @@ TEST(PathTracer, WhatStandsBetweenIsTold) {
     glass.mesh = std::make_shared<const TriangleMesh>(support::boxMesh({0.4, -0.2, 0.5}, {0.7, 0.2, 0.7}));
     water.scene.surfaces.push_back(glass);
     const OpticalScene optics(water.scene, water.frame);
-    const Emission emission(water.scene, 0, glm::dvec3(1), {0, 0, -1});
+    const Emission emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front());
     const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
     const auto outcome = [&](double x) { return tracer.trace({{x, 0, 0}, {}}, {}).outcome; };
     EXPECT_EQ(outcome(0), PathOutcome::Blocked);
@@ -100,14 +104,15 @@ TEST(PathTracer, FollowsAHistoryThroughTwoFaces) {
     air.scene.medium.absorption = {2, 3, 4};
     const OpticalScene optics(air.scene, air.frame);
     const glm::dvec3 sun = glm::normalize(glm::dvec3(0.5, 0, -1));
-    const Emission emission(air.scene, 0, glm::dvec3(1), sun);
+    air.scene.lights[0].direction = sun;
+    const Emission emission(air.scene, 0, lightSamples(air.scene.lights[0], 1).front());
     const PathTracer tracer(optics, emission, {{0, Branch::Refracted}, {0, Branch::Refracted}});
     const Path path = tracer.trace({{0.1, 0.05, -0.4}, {0, 0, 0}}, {0, 0, 1});
     ASSERT_EQ(path.outcome, PathOutcome::Lit);
     EXPECT_LT(glm::length(path.direction - sun), 1e-12) << "parallel to the light that came";
     const double cos_i = -sun.z, cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / 2.25), length = 0.2 / cos_t;
     const double t = fresnelTransmittance(cos_i, cos_t, 1, 1.5);
-    EXPECT_NEAR(path.fraction, t, 1e-12) << "the way back is as clear";
+    EXPECT_NEAR(path.fraction.x, t, 1e-12) << "the way back is as clear";
     EXPECT_NEAR(path.arriving.y, t * std::exp(-3 * length), 1e-9);
     EXPECT_NEAR(path.position.x, 0.1 + 0.2 * std::sqrt(1 - cos_t * cos_t) / cos_t, 1e-6);
     EXPECT_EQ(path.medium, optics.sides(0).outside);
@@ -120,7 +125,7 @@ TEST(CountLeg, SharesAllOfThePowerOut) {
     for (const double absorption : {0.0, 1e-9, 0.3, 1e6})
         for (const double length : {0.0, 1e-12, 2.0, std::numeric_limits<double>::infinity()}) {
             PowerLedger ledger;
-            const OpticalMedium medium{1.3, glm::dvec3(absorption), {0, 0.1, 0}};
+            const OpticalMedium medium{{1.3}, glm::dvec3(absorption), {0, 0.1, 0}};
             const glm::dvec3 left = countLeg(medium, {1, 2, 3}, length, &PowerLedger::received, ledger);
             EXPECT_NEAR(ledger.absorbed_medium + ledger.scattered + ledger.received, 2, 1e-12);
             EXPECT_NEAR(channelMean(left), ledger.received, 1e-12);

@@ -20,7 +20,7 @@ struct Launched {
 Launched launched(const WaterScene& water, const LaunchOptions& options, bool mesh = false) {
     const OpticalScene optics(water.scene, water.frame);
     const Light& light = water.scene.lights[0];
-    const Emission emission(water.scene, 0, light.irradiance, light.direction);
+    const Emission emission(water.scene, 0, lightSamples(light, 1).front());
     const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
     Launched out;
     const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {

@@ -22,7 +22,7 @@ struct Still {
     explicit Still(std::vector<Object> objects)
         : water(withObjects(std::move(objects))),
           optics(water.scene, water.frame),
-          emission(water.scene, 0, glm::dvec3(1), {0, 0, -1}),
+          emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front()),
           tracer(optics, emission, {{0, Branch::Refracted}}),
           obstacles(tracer) {}
     static WaterScene withObjects(std::vector<Object> objects) {

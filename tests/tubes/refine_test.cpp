@@ -24,7 +24,7 @@ struct Rig {
     explicit Rig(WaterScene scene)
         : water(std::move(scene)),
           optics(water.scene, water.frame),
-          emission(water.scene, 0, glm::dvec3(1), {0, 0, -1}),
+          emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front()),
           tracer(optics, emission, {{0, Branch::Refracted}}),
           obstacles(tracer) {}
     TubeBuilder refined(const std::vector<std::array<glm::dvec2, 3>>& triangles, const RefineOptions& options) const {

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/paths/emission.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numbers>
+
+#include "bake/optics/tangent_frame.h"
+
+namespace photic {
+namespace {
+
+std::vector<LightSample> discSamples(const Light& light, int count) {
+    const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
+    if (radius <= 0 || count <= 1) return {{light.direction, std::nullopt, light.irradiance, &light}};
+    const TangentFrame frame(light.direction);
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    std::vector<LightSample> samples;
+    for (int i = 0; i < count; ++i) {
+        // Uniform over the solid angle: 1 - cos grows with the square of the spiral's radius.
+        const double cos_angle = 1 - (i + 0.5) / count * (1 - std::cos(radius));
+        const double sin_angle = std::sqrt(std::max(0.0, 1 - cos_angle * cos_angle));
+        const glm::dvec3 direction =
+            cos_angle * light.direction +
+            sin_angle * (std::cos(i * golden_angle) * frame.across + std::sin(i * golden_angle) * frame.up);
+        samples.push_back({direction, std::nullopt, light.irradiance / static_cast<double>(count), &light});
+    }
+    return samples;
+}
+
+}  // namespace
+
+std::vector<LightSample> lightSamples(const Light& light, int disc_samples) {
+    if (light.type == LightType::Sun) return discSamples(light, disc_samples);
+    if (light.type != LightType::Rectangle)
+        return {{light.direction, light.position, light.power / (4 * std::numbers::pi), &light}};
+    std::vector<LightSample> samples;
+    const glm::dvec3 across = light.tangent, up = glm::cross(light.direction, light.tangent);
+    for (int i = 0; i < std::max(light.samples, 1); ++i) {
+        // Roberts' R2 sequence.
+        const double x = std::fmod(0.5 + 0.7548776662466927 * i, 1.0) - 0.5;
+        const double y = std::fmod(0.5 + 0.5698402909980532 * i, 1.0) - 0.5;
+        samples.push_back({light.direction, *light.position + x * light.size.x * across + y * light.size.y * up,
+                           light.power / (std::numbers::pi * std::max(light.samples, 1)), &light});
+    }
+    return samples;
+}
+
+glm::dvec3 Emission::directionAt(const glm::dvec3& point) const {
+    return sample_.source ? glm::normalize(point - *sample_.source) : sample_.direction;
+}
+
+glm::dvec3 Emission::strengthTowards(const glm::dvec3& direction) const {
+    const double cosine = glm::dot(direction, sample_.direction);
+    if (sample_.light->type == LightType::Rectangle) return sample_.strength * std::max(0.0, cosine);
+    return sample_.strength * sample_.light->spotFalloff(cosine);
+}
+
+EmittedRay Emission::at(const EmissionParam& param, const glm::dvec3& face) const {
+    if (surface_.height_field) {
+        const SurfacePoint point = surface_.height_field->at({param.position.x, param.position.y});
+        const glm::dvec3 normal = glm::normalize(point.normal);
+        return {point.position, directionAt(point.position), normal, normal};
+    }
+    if (surface_.sphere) {
+        const glm::dvec3 normal = glm::normalize(param.position - surface_.sphere->center);
+        const glm::dvec3 position = surface_.sphere->center + surface_.sphere->radius * normal;
+        return {position, directionAt(position), normal, normal};
+    }
+    const double length = glm::length(param.normal);
+    const bool usable = surface_.smooth && length > 0 && glm::dot(param.normal, face) > 0;
+    return {param.position, directionAt(param.position), usable ? param.normal / length : face, face};
+}
+
+double Emission::across(const glm::dvec3& area) const {
+    const double facing = -glm::dot(area, sample_.direction);
+    return surface_.mesh ? std::fabs(facing) : std::max(0.0, facing);
+}
+
+glm::dvec3 Emission::power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const {
+    if (!sample_.source) return sample_.strength * across(0.5 * glm::cross(b - a, c - a));
+    const glm::dvec3 u = a - *sample_.source, v = b - *sample_.source, w = c - *sample_.source;
+    const double lu = glm::length(u), lv = glm::length(v), lw = glm::length(w);
+    if (!(lu > 0 && lv > 0 && lw > 0)) return glm::dvec3(0);
+    const double volume = -glm::dot(u, glm::cross(v, w));
+    double angle = 2 * std::atan2(std::fabs(volume),
+                                  lu * lv * lw + glm::dot(u, v) * lw + glm::dot(u, w) * lv + glm::dot(v, w) * lu);
+    if (!surface_.mesh && volume < 0) angle = 0;
+    return angle * (strengthTowards(u / lu) + strengthTowards(v / lv) + strengthTowards(w / lw)) / 3.0;
+}
+
+glm::dvec3 Emission::irradianceAt(const glm::dvec3& point) const {
+    if (!sample_.source) return sample_.strength;
+    const glm::dvec3 to = point - *sample_.source;
+    const double distance2 = glm::dot(to, to);
+    return distance2 > 0 ? strengthTowards(to / std::sqrt(distance2)) / distance2 : glm::dvec3(0);
+}
+
+}  // namespace photic

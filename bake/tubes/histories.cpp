@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/tubes/histories.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace photic {
+namespace {
+
+std::vector<Branch> branchesOf(const Surface& surface) {
+    switch (surface.event) {
+        case SurfaceEvent::Refract:
+            return {Branch::Refracted};
+        case SurfaceEvent::Reflect:
+        case SurfaceEvent::Mirror:
+            return {Branch::Reflected};
+        case SurfaceEvent::Both:
+            break;
+    }
+    return {Branch::Refracted, Branch::Reflected};
+}
+
+History continued(const History& history, const PathEvent& event) {
+    History out = history;
+    out.push_back(event);
+    return out;
+}
+
+}  // namespace
+
+std::vector<SpectralSample> spectralSamples(int count) {
+    const glm::dvec3 channels = RefractiveIndex::kChannels_nm;  // red, green, blue: falling
+    const auto power = [](double nm) { return 1 / (nm * nm); };
+    // Half a channel's width beyond red and blue.
+    const double low = power(channels.x) - 0.5 * (power(channels.y) - power(channels.x));
+    const double high = power(channels.z) + 0.5 * (power(channels.z) - power(channels.y));
+    std::vector<SpectralSample> samples;
+    glm::dvec3 sum(0);
+    for (int i = 0; i < count; ++i) {
+        const double at = low + (high - low) * (i + 0.5) / count;
+        glm::dvec3 weight(0);
+        const double g = power(channels.y);
+        if (at <= g) {
+            weight.y = std::clamp((at - power(channels.x)) / (g - power(channels.x)), 0.0, 1.0);
+            weight.x = 1 - weight.y;
+        } else {
+            weight.z = std::clamp((at - g) / (power(channels.z) - g), 0.0, 1.0);
+            weight.y = 1 - weight.z;
+        }
+        sum += weight;
+        samples.push_back({1 / std::sqrt(at), weight});
+    }
+    for (SpectralSample& sample : samples) sample.weight /= sum;
+    return samples;
+}
+
+// The light itself, or its wavelengths where they part at a surface.
+std::vector<HistoryLauncher::Light> HistoryLauncher::parted(const Light& light, int surface) const {
+    if (light.wavelength > 0 || !optics_.disperses(surface)) return {light};
+    std::vector<Light> out;
+    for (std::size_t i = 0; i < spectrum_.size(); ++i) {
+        LightSample sample = light.emission.sample();
+        sample.strength *= spectrum_[i].weight;
+        out.push_back({Emission(optics_.scene(), light.emission.surfaceIndex(), sample), static_cast<int>(i) + 1,
+                       light.emitted * channelMean(spectrum_[i].weight)});
+    }
+    return out;
+}
+
+LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_branch) const {
+    LaunchOptions options = options_;
+    options.tubes.counts_emission = first_branch && history.size() == 1;
+    options.tubes.counts_event = first_branch;
+    options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
+    return options;
+}
+
+void HistoryLauncher::launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals) {
+    for (Light& light : parted({emission, 0, 0}, emission.surfaceIndex())) begin(std::move(light), domain, totals);
+}
+
+void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotals& totals) {
+    const double before = totals.power.emitted;
+    bool first_branch = true;
+    std::vector<double> shares;
+    const int surface = light.emission.surfaceIndex();
+    const std::vector<Branch> branches = branchesOf(light.emission.surface());
+    for (const Branch branch : branches) {
+        const History history = {{surface, branch}};
+        const PathTracer tracer(optics_, light.emission, history, light.wavelength);
+        const LaunchOptions options = optionsFor(history, first_branch);
+        Launch tubes(tracer, options, sink_, monitor_);
+        if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
+        totals.seeds.clear();
+        if (light.emission.surface().height_field)
+            tubes.heightField(domain, totals);
+        else
+            tubes.mesh(totals);
+        if (first_branch) light.emitted = totals.power.emitted - before;
+        first_branch = false;
+        const std::vector<TubeSeed> seeds = std::move(totals.seeds);
+        totals.seeds.clear();
+        goOn(light, history, seeds, totals);
+    }
+}
+
+void HistoryLauncher::goOn(const Light& light, const History& history, const std::vector<TubeSeed>& seeds,
+                           LaunchTotals& totals) {
+    std::map<int, std::vector<TubeSeed>> by_surface;
+    for (const TubeSeed& seed : seeds) by_surface[seed.surface].push_back(seed);
+    for (const auto& [surface, part] : by_surface) {
+        double power = 0;
+        for (const TubeSeed& seed : part) power += seed.power;
+        if (power < limits_.threshold * light.emitted) {
+            totals.power.dropped += power;
+            continue;
+        }
+        for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, totals);
+    }
+}
+
+void HistoryLauncher::branchAt(const Light& light, const History& history, int surface,
+                               const std::vector<TubeSeed>& seeds, LaunchTotals& totals) {
+    bool first_branch = true;
+    std::vector<double> shares;
+    const std::vector<Branch> branches = branchesOf(optics_.scene().surfaces[static_cast<std::size_t>(surface)]);
+    for (const Branch branch : branches) {
+        const History longer = continued(history, {surface, branch});
+        const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
+        const LaunchOptions options = optionsFor(longer, first_branch);
+        Launch tubes(tracer, options, sink_, monitor_);
+        if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
+        first_branch = false;
+        totals.seeds.clear();
+        tubes.seeds(seeds, totals);
+        const std::vector<TubeSeed> next = std::move(totals.seeds);
+        totals.seeds.clear();
+        goOn(light, longer, next, totals);
+    }
+}
+
+}  // namespace photic

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// Glass, mirrors and many events: tubes against closed forms, and against photons.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "bake/methods/beams.h"
+#include "bake/methods/photons.h"
+#include "tests/support/closed_forms.h"
+#include "tests/support/tube_scenes.h"
+
+namespace photic {
+namespace {
+
+/// A scene without water: a sun of 1 W/m2 straight down, and a grid of `cells`^3 voxels over [-1, 1]^3.
+struct GlassScene {
+    Scene scene;
+    GridFrame frame;
+    explicit GlassScene(int cells, const glm::dvec3& sun = {0, 0, -1}) {
+        scene.file = "test.toml";
+        Light light;
+        light.name = "sun", light.direction = glm::normalize(sun), light.irradiance = glm::dvec3(1);
+        scene.lights.push_back(light);
+        Medium air, glass;
+        air.name = "air", glass.name = "glass", glass.ior = 1.5;
+        scene.media = {air, glass};
+        const double h = 2.0 / cells;
+        frame = GridFrame(glm::dmat3(h), glm::dvec3(0.5 * h), glm::ivec3(-cells / 2), glm::ivec3(cells / 2 - 1));
+        scene.domain.min = glm::dvec3(-1), scene.domain.max = glm::dvec3(1), scene.domain.voxel_size = h;
+    }
+    Surface& add(TriangleMesh mesh, SurfaceEvent event) {
+        Surface surface;
+        surface.name = "glass", surface.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+        surface.event = event, surface.closed = true, surface.medium_above = 0, surface.medium_below = 1;
+        scene.surfaces.push_back(surface);
+        return scene.surfaces.back();
+    }
+    Surface& addSphere(const glm::dvec3& centre, double radius, SurfaceEvent event) {
+        Surface& surface = add(support::sphereMesh(24, centre, radius), event);
+        surface.sphere = Sphere{centre, radius}, surface.center = centre;
+        return surface;
+    }
+    BakeResult bake(const Method& method, const GivenOptions& options = {}) const {
+        Monitor monitor;
+        return method.bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)), options,
+                           monitor);
+    }
+};
+
+GivenOptions option(const std::string& name, OptionValue value) { return {{name, {std::move(value), "test"}}}; }
+
+/// Sum of |a - b| over the voxels over the sum of b, in the mean of the channels.
+double relativeL1(const LightField& a, const LightField& b) {
+    double apart = 0, sum = 0;
+    const GridFrame& frame = a.frame();
+    for (int x = frame.min.x; x <= frame.max.x; ++x)
+        for (int y = frame.min.y; y <= frame.max.y; ++y)
+            for (int z = frame.min.z; z <= frame.max.z; ++z)
+                apart += std::fabs(a.irradiance({x, y, z}) - b.irradiance({x, y, z})), sum += b.irradiance({x, y, z});
+    return apart / sum;
+}
+
+void expectLikePhotons(const GlassScene& glass, double noise, std::int64_t count = 4'000'000) {
+    const BakeResult tubes = glass.bake(beamsMethod());
+    const BakeResult photons = glass.bake(photonsMethod(), option("count", count));
+    EXPECT_LT(tubes.report.power.imbalance(), 1e-5);
+    EXPECT_LT(tubes.report.path.imbalance(), 1e-4);
+    EXPECT_LT(photons.report.power.imbalance(), 1e-9);
+    EXPECT_NEAR(tubes.report.power.emitted / photons.report.power.emitted, 1, 5e-3);
+    EXPECT_NEAR(tubes.field.sum(0) / photons.field.sum(0), 1, 5e-3);
+    const double apart = relativeL1(tubes.field, photons.field);
+    EXPECT_LT(apart, noise);
+}
+
+TEST(Glass, ABallPassesWhatItsTwoFacesDo) {
+    GlassScene glass(32);
+    glass.addSphere({0, 0, 0.3}, 0.4, SurfaceEvent::Both);
+    glass.scene.bake.bounces = 2;
+    const BakeResult r = glass.bake(beamsMethod());
+    // In and out again: (1 - R)^2 over the disc, at the angle whose sine is b / R.
+    double passed = 0;
+    constexpr int kRings = 20000;
+    for (int i = 0; i < kRings; ++i) {
+        const double sine = (i + 0.5) / kRings, t = truth::fresnelTransmittance(std::sqrt(1 - sine * sine), 1, 1.5);
+        passed += 2 * sine / kRings * t * t;
+    }
+    const double disc = std::numbers::pi * 0.16;
+    EXPECT_NEAR(r.report.power.emitted / disc, 1, 0.01) << "the facets that stand for the ball are a little smaller";
+    // All that does not pass: reflected outside, or inside and given up after the second event.
+    const double left = r.report.power.escaped - 0.0;
+    EXPECT_GT(left / disc, passed * 0.98);
+    EXPECT_LT(r.report.power.imbalance(), 1e-9);
+}
+
+TEST(Glass, ABallFocusesLikePhotons) {
+    GlassScene glass(32);
+    glass.addSphere({0.1, -0.05, 0.3}, 0.4, SurfaceEvent::Both);
+    expectLikePhotons(glass, 0.05);
+}
+
+TEST(Glass, ABallOnAFloorLikePhotons) {
+    GlassScene glass(32, {0.3, 0.2, -1});
+    glass.addSphere({0.1, -0.05, 0.1}, 0.4, SurfaceEvent::Both);
+    glass.scene.objects = {support::planeObject({0, 0, -0.7}, {0, 0, 1})};
+    expectLikePhotons(glass, 0.05);
+}
+
+TEST(Glass, APaneShiftsLightAndNothingElse) {
+    GlassScene glass(32, {0.5, 0, -1});
+    Surface& pane = glass.add(support::boxMesh({-1.4, -1.4, 0.2}, {1.4, 1.4, 0.5}), SurfaceEvent::Both);
+    pane.smooth = false;
+    glass.scene.bake.bounces = 4;
+    expectLikePhotons(glass, 0.02);
+    const BakeResult r = glass.bake(beamsMethod());
+    const glm::dvec3 sun = glm::normalize(glm::dvec3(0.5, 0, -1));
+    // Under the pane: straight through, and after two reflections inside, in the sun's own direction.
+    const double once = 1 - truth::fresnelTransmittance(-sun.z, 1, 1.5);
+    const glm::ivec3 below(0, 0, -10);
+    EXPECT_NEAR(r.field.irradiance(below), (1 - once) * (1 - once) * (1 + once * once), 2e-4);
+    EXPECT_LT(glm::length(r.field.flux(below) / r.field.irradiance(below) - sun), 1e-4);
+}
+
+TEST(Glass, AMirrorBallLikePhotons) {
+    GlassScene glass(32, {0.2, 0.1, -1});
+    Surface& ball = glass.addSphere({0, 0, -0.4}, 0.3, SurfaceEvent::Mirror);
+    ball.colour = {0.9, 0.6, 0.3};
+    expectLikePhotons(glass, 0.05);
+}
+
+TEST(Glass, GlassInTheWaterLikePhotons) {
+    GlassScene glass(32, {0.3, 0.1, -1});
+    Surface water;
+    water.name = "water", water.height_field = std::make_shared<support::Ripples>(0.02, 6), water.size = {2, 2};
+    glass.scene.surfaces.push_back(water);
+    Medium& m = glass.scene.media[1];
+    m.priority = 1;
+    Surface& ball = glass.addSphere({0, 0, -0.4}, 0.25, SurfaceEvent::Both);
+    (void)ball;
+    expectLikePhotons(glass, 0.05);
+}
+
+TEST(Glass, ALampAboveTheWaterLikePhotons) {
+    GlassScene glass(32);
+    Surface water;
+    water.name = "water", water.height_field = std::make_shared<support::Ripples>(0.02, 6), water.size = {2, 2};
+    water.outside = Outside::None;
+    glass.scene.surfaces.push_back(water);
+    Light& lamp = glass.scene.lights[0];
+    lamp.type = LightType::Point, lamp.position = glm::dvec3(0.3, 0.2, 0.9), lamp.power = glm::dvec3(10);
+    lamp.irradiance = glm::dvec3(10 / (4 * std::numbers::pi * 0.81));
+    expectLikePhotons(glass, 0.05);
+}
+
+TEST(Glass, DispersionPartsColoursAndKeepsWhite) {
+    GlassScene glass(24, {0.6, 0, -1});
+    glass.scene.media[1].ior = RefractiveIndex::abbe(1.6, 20);
+    glass.addSphere({0, 0, 0.2}, 0.5, SurfaceEvent::Refract);
+    const BakeResult r = glass.bake(beamsMethod());
+    ASSERT_EQ(r.field.channels().irradiance, 3);
+    EXPECT_LT(r.report.power.imbalance(), 1e-9);
+    EXPECT_NEAR(r.field.sum(0) / r.field.sum(2), 1, 0.03);
+    double apart = 0, sum = 0;
+    for (int x = -12; x < 12; ++x)
+        for (int y = -12; y < 12; ++y) {
+            apart += std::fabs(static_cast<double>(r.field.value({x, y, -8}, 0) - r.field.value({x, y, -8}, 2)));
+            sum += static_cast<double>(r.field.value({x, y, -8}, 0));
+        }
+    EXPECT_GT(apart / sum, 0.05);
+}
+
+}  // namespace
+}  // namespace photic
