@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender renamed or changed from 3.4 to 5.x, each in one place. Only 3.4 was run; the rest is from its documentation.
+"""What Blender renamed or changed from 3.4 to 5.2, each in one place.
 
 Where a name can be asked for, it is; a version is compared only where nothing can be seen from outside.
 """
@@ -7,6 +7,9 @@ import bpy
 
 VOXELS_CENTRED_SINCE = (4, 5, 0)        # projects.blender.org, pull request 138449
 UNIFORM_COLOR_SINCE = (4, 0, 0)         # "3D_UNIFORM_COLOR" before
+EEVEE_NEXT = ((4, 2, 0), (5, 0, 0))     # from, and until before: the name of the engine that is called EEVEE in both other times
+ALWAYS_NODES_SINCE = (5, 0, 0)          # `use_nodes` is true and cannot be changed; it goes in 6.0
+RELATIVE_PATHS_SINCE = (5, 0, 0)        # properties say whether they understand "//"
 
 
 def half_voxel_late(version=None):
@@ -18,6 +21,17 @@ def half_voxel_late(version=None):
 def line_shader(version=None):
     """Name of the built-in shader that draws lines in one colour."""
     return "UNIFORM_COLOR" if tuple(version or bpy.app.version) >= UNIFORM_COLOR_SINCE else "3D_UNIFORM_COLOR"
+
+
+def eevee_engine(version=None):
+    """What scene.render.engine calls EEVEE."""
+    first, after = EEVEE_NEXT
+    return "BLENDER_EEVEE_NEXT" if first <= tuple(version or bpy.app.version) < after else "BLENDER_EEVEE"
+
+
+def relative_path(version=None):
+    """Options of a path property that understands "//", the .blend file's folder."""
+    return {"PATH_SUPPORTS_BLEND_RELATIVE"} if tuple(version or bpy.app.version) >= RELATIVE_PATHS_SINCE else set()
 
 
 # Marks of what the add-on made. Nodes have custom properties no more since 5.0, but still those that add-ons register.
@@ -73,6 +87,42 @@ def clear_sockets(tree):
     else:
         tree.inputs.clear()
         tree.outputs.clear()
+
+
+SOCKETS = {     # of shader nodes: the names that they have had, the newest first
+    "Transmission": ("Transmission Weight", "Transmission"),
+    "Factor": ("Factor", "Fac"),
+}
+
+
+def socket(sockets, name):
+    """The socket that is called `name` in this Blender or was in an earlier one, or None."""
+    for known in SOCKETS.get(name, (name,)):
+        found = sockets.get(known)
+        if found is not None:
+            return found
+    return None
+
+
+def thickness(output_node):
+    """The socket of a material output by which EEVEE (since 4.2) is told how thick a refracting object is, or None."""
+    return output_node.inputs.get("Thickness")
+
+
+# Node trees of materials, lights and worlds
+
+def shader_tree(item, version=None):
+    """The tree that renders a material, light or world, or None when it is rendered without nodes."""
+    tree = getattr(item, "node_tree", None)
+    if tree is None or tuple(version or bpy.app.version) >= ALWAYS_NODES_SINCE:
+        return tree
+    return tree if item.use_nodes else None
+
+
+def switch_nodes(item, on, version=None):
+    """Switches an item's nodes on or off, where that can be done."""
+    if tuple(version or bpy.app.version) < ALWAYS_NODES_SINCE:
+        item.use_nodes = on
 
 
 # Materials

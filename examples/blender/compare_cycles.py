@@ -51,10 +51,9 @@ def prepare(scene, water, floor, name, bake_log):
         settings.folder = str(pathlib.Path(settings.folder) / name)
         if name == "photons":
             settings.method, settings.options_photons.count = "photons", PHOTONS
-        volume = pathlib.Path(settings.folder) / "Scene.vdb"
         start = time.monotonic()
         bpy.ops.photic.bake()
-        bake_log.write_text(json.dumps({"bake_seconds": time.monotonic() - start, "bytes": volume.stat().st_size}))
+        bake_log.write_text(json.dumps({"bake_seconds": time.monotonic() - start, "bytes": pathlib.Path(settings.volume_file).stat().st_size}))
         bpy.ops.photic.preview(show=True)
     elif name == "mnee":
         bpy.data.lights["Sun"].cycles.is_caustics_light = True

@@ -20,8 +20,7 @@ SAMPLES = 16     # enough: only the sky and what bounces is sampled
 
 
 def world(colour, strength):
-    made = bpy.data.worlds.new("Sky")
-    made.use_nodes = True
+    made = scenes.with_nodes(bpy.data.worlds.new("Sky"))
     background = made.node_tree.nodes["Background"]
     background.inputs["Color"].default_value, background.inputs["Strength"].default_value = (*colour, 1.0), strength
     bpy.context.scene.world = made
@@ -136,7 +135,7 @@ def main(folder, *words):
             bpy.ops.photic.bake()
             bpy.ops.wm.save_as_mainfile(filepath=blend)
             render(folder / f"{name}.png")
-            render(folder / f"{name}_eevee.png", "BLENDER_EEVEE")
+            render(folder / f"{name}_eevee.png", scenes.compat().eevee_engine())
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What scenes are made of: water, floors, suns and cameras by script, for the examples and the tests."""
+import importlib
 import math
+import sys
 
 import bpy
 
@@ -16,22 +18,34 @@ def empty():
 
 
 def enable():
+    """Switches the add-on on, installed as an add-on or as an extension, and returns its module."""
     import addon_utils
-    addon_utils.enable("photic", default_set=False)
+    names = [module.__name__ for module in addon_utils.modules() if module.__name__.split(".")[-1] == "photic"]
+    return addon_utils.enable(names[0] if names else "photic", default_set=False)
+
+
+def compat():
+    """The add-on's own knowledge of Blender's versions."""
+    loaded = [name for name in sys.modules if name == "photic.compat" or name.endswith(".photic.compat")]
+    return sys.modules[loaded[0]] if loaded else importlib.import_module(f"{enable().__name__}.compat")
+
+
+def with_nodes(item):
+    """A material or world with a node tree."""
+    compat().switch_nodes(item, True)
+    return item
 
 
 def material(name, **inputs):
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
+    made = with_nodes(bpy.data.materials.new(name))
     principled = next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
     for key, value in inputs.items():
-        principled.inputs[key.replace("_", " ")].default_value = value
+        compat().socket(principled.inputs, key.replace("_", " ")).default_value = value
     return made
 
 
 def glass(name="Water", ior=IOR, roughness=0.0):
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
+    made = with_nodes(bpy.data.materials.new(name))
     tree = made.node_tree
     tree.nodes.clear()
     shader = tree.nodes.new("ShaderNodeBsdfGlass")

@@ -6,10 +6,11 @@ import subprocess
 
 import bpy
 import numpy
+import scenes
 
 OUT = pathlib.Path(os.environ["PHOTIC_TEST_OUT"])
 BAKER = os.environ["PHOTIC_PROGRAM"]
-ENGINES = ("CYCLES", "BLENDER_EEVEE_NEXT" if bpy.app.version[:2] >= (4, 2) and bpy.app.version < (5, 0) else "BLENDER_EEVEE")
+ENGINES = ("CYCLES", scenes.compat().eevee_engine())
 
 
 def baker(*arguments):
@@ -48,6 +49,42 @@ def render(engine, size, samples=1, bounces=0):
     scene.render.filepath = str(OUT / f"{engine}.exr")
     bpy.ops.render.render(write_still=True)
     return picture(scene.render.filepath)
+
+
+_shown = {}
+
+
+def volumes_are_shown(engine):
+    """Whether an engine shows a volume grid in this build of Blender at all: a stock scene, without anything of Photic's but the
+    file, of which a stock Principled Volume shows the grid `density`."""
+    if engine not in _shown:
+        path = OUT / "stock.vdb"
+        scene_file = OUT / "stock.toml"
+        scene_file.write_text('photic = 1\n[domain]\nmin = [-1, -1, -1]\nmax = [1, 1, 1]\nresolution = 16\n[[light]]\n'
+                              'type = "sun"\ndirection = [0, 0, -1]\nirradiance = 1\n[[surface]]\nname = "w"\n'
+                              'kind = "height_field"\nwaves = [{ amplitude = 1e-6, wavelength = 1 }]\nsize = [4, 4]\ncenter = [0, 0, 0.9]\n[medium]\nscattering = 1\n'
+                              '[bake]\ngrids = ["irradiance", "density"]\n')
+        baker("bake", scene_file, "-o", path, "--progress=none")
+        scene = bpy.data.scenes.new("Stock")
+        window_scene, bpy.context.window.scene = bpy.context.scene, scene
+        data = bpy.data.volumes.new("Stock")
+        data.filepath = str(path)
+        material = scenes.with_nodes(bpy.data.materials.new("Stock"))
+        tree = material.node_tree
+        tree.nodes.clear()
+        shader, out = tree.nodes.new("ShaderNodeVolumePrincipled"), tree.nodes.new("ShaderNodeOutputMaterial")
+        shader.inputs["Emission Strength"].default_value = 1.0
+        tree.links.new(shader.outputs[0], out.inputs["Volume"])
+        data.materials.append(material)
+        obj = bpy.data.objects.new("Stock", data)
+        scene.collection.objects.link(obj)
+        camera = scenes.camera((0, -6, 0), (0, 0, 0), orthographic=1)
+        _shown[engine] = bool(render(engine, 8)[..., 3].max() > 0.01)
+        bpy.context.window.scene = window_scene
+        bpy.data.scenes.remove(scene)
+        for item, kind in ((obj, "objects"), (camera, "objects"), (camera.data, "cameras"), (data, "volumes"), (material, "materials")):
+            getattr(bpy.data, kind).remove(item)
+    return _shown[engine]
 
 
 def rmse(found, wanted):

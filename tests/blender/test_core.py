@@ -4,12 +4,14 @@ import importlib
 import json
 import os
 import pathlib
+import shutil
 import stat
 import sys
 import time
 import tomllib
 import types
 import unittest
+import zipfile
 
 import numpy
 import scenes
@@ -17,7 +19,7 @@ from support import BAKER, OUT
 
 scenes.enable()
 from photic import compat  # noqa: E402
-from photic.core import atlas, catalogue, mesh_file, process, program, roles, toml_text  # noqa: E402
+from photic.core import atlas, baked_files, catalogue, mesh_file, process, program, roles, toml_text, words  # noqa: E402
 
 
 def script(name, text):
@@ -67,6 +69,13 @@ class SceneText(unittest.TestCase):
         self.assertEqual(text.owner_of(f"x.toml:{line + 4}"), "")
         self.assertEqual(text.owner_of("--set"), "")
 
+    def test_numbers_of_numpy(self):
+        """Since numpy 2 their repr names their type, and an ocean's size is one."""
+        table = {"a": numpy.float64(12.5), "b": numpy.float32(0.5), "c": numpy.int64(3), "d": [numpy.float64(-1e-9)]}
+        text = toml_text.SceneText()
+        text.add("[domain]", table)
+        self.assertEqual(tomllib.loads(str(text))["domain"], table)
+
     def test_infinities_are_refused(self):
         for value in (float("nan"), float("inf")):
             with self.assertRaises(ValueError):
@@ -85,6 +94,55 @@ class MeshFile(unittest.TestCase):
         self.assertFalse(list(OUT.glob("*.part")))
 
 
+class Words(unittest.TestCase):
+    def test_what_only_the_command_line_knows(self):
+        said = words.plain("'Sea_scene/f76d8d703e1be2ec.ply' is closed; leave it open, or set event = \"reflect\"")
+        self.assertEqual(said, "its mesh is closed; leave it open, or choose the role Mirror")
+        self.assertEqual(words.plain("use voxel_size = 0.5"), "use Voxel size 0.5")
+        self.assertEqual(words.plain("'rocks.ply' is damaged"), "'rocks.ply' is damaged")
+
+
+class BakedFiles(unittest.TestCase):
+    def setUp(self):
+        self.folder = OUT / "bakes"
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir()
+
+    def write(self, *names):
+        for name in names:
+            (self.folder / name).write_text(name)
+
+    def test_a_number_is_given_once(self):
+        self.assertEqual(baked_files.following(self.folder, "Sea [1]").name, "Sea [1]_bake1")
+        second = baked_files.following(self.folder, "Sea [1]")
+        self.assertEqual(second.name, "Sea [1]_bake2")      # even if nothing of the first is there
+        self.write("Sea [1]_bake7.0003.vdb")
+        self.assertEqual(baked_files.following(self.folder, "Sea [1]").number, 8)
+        self.assertEqual(baked_files.following(self.folder, "Sea").number, 1)
+
+    def test_whose_file(self):
+        for name in ("Sea_bake3.vdb", "Sea_bake3.0004.exr", "Sea_bake3_rgb.exr", "Sea_bake3_rgb.0004.exr", "Sea_bake3.json"):
+            self.assertEqual(baked_files.of(self.folder / name).number, 3, name)
+        for name in ("Sea.vdb", "Sea_bake.vdb", "Sea_bake3.png", "Sea_bake3.vdb.part"):
+            self.assertIsNone(baked_files.of(self.folder / name), name)
+
+    def test_only_its_own_files_are_removed(self):
+        own = ["Sea_bake1.vdb", "Sea_bake1.json", "Sea_bake1.exr", "Sea_bake1_rgb.exr", "Sea_bake1.0002.vdb"]
+        others = ["Sea_bake11.vdb", "Sea_bake1.txt", "Sea_bake1.bak.vdb", "Deep_Sea_bake1.vdb", "Sea_bake2.vdb"]
+        self.write(*own, *others)
+        baked_files.Bake(str(self.folder), "Sea", 1).remove()
+        self.assertEqual(sorted(path.name for path in self.folder.iterdir()), sorted(others))
+        self.assertEqual(baked_files.newest(self.folder, "Sea").number, 11)
+
+    def test_frames_are_there_under_both_names(self):
+        self.write("Sea_bake1.0001.vdb", "Sea_bake1.0001.exr")
+        bake = baked_files.Bake(str(self.folder), "Sea", 2)
+        baked_files.link_frames(baked_files.Bake(str(self.folder), "Sea", 1), bake)
+        self.assertEqual([path.name for path in bake.files()], ["Sea_bake2.0001.vdb"])
+        bake.remove()
+        self.assertEqual((self.folder / "Sea_bake1.0001.vdb").read_text(), "Sea_bake1.0001.vdb")
+
+
 class Baker(unittest.TestCase):
     def test_missing(self):
         with self.assertRaisesRegex(program.BakerError, "missing"):
@@ -96,6 +154,38 @@ class Baker(unittest.TestCase):
                 program.find()
         finally:
             os.environ.update(before)
+
+    def test_a_zip_may_carry_its_baker(self):
+        """Found by itself, and made runnable, which unzipping by Blender forgets; the preferences and the environment override."""
+        sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "blender_addon"))
+        build_zip = importlib.import_module("build_zip")
+        bundle = OUT / "bundle"
+        (bundle / "lib").mkdir(parents=True)
+        (bundle / "photic").write_text("#!/bin/sh\n")
+        (bundle / "lib" / "libz.so.1").write_text("z")
+        with self.assertRaisesRegex(SystemExit, "no photic"):
+            build_zip.build(OUT, bundle / "lib")
+        with zipfile.ZipFile(build_zip.build(OUT, bundle)) as archive:
+            self.assertEqual(archive.getinfo("photic/bin/photic").external_attr >> 16, 0o100755)
+            self.assertEqual(archive.read("photic/bin/lib/libz.so.1"), b"z")
+            self.assertEqual(tomllib.loads(archive.read("photic/blender_manifest.toml").decode())["platforms"], ["linux-x64"])
+            target = pathlib.Path(program.__file__).parents[1] / "bin" / program.NAME
+            self.assertEqual(program.carried(), "")
+            target.parent.mkdir()
+            target.write_bytes(archive.read("photic/bin/photic"))
+            target.chmod(0o644)
+        kept = os.environ.pop("PHOTIC_PROGRAM")
+        try:
+            self.assertEqual(program.find(), str(target))
+            self.assertTrue(os.access(target, os.X_OK))
+            self.assertEqual(program.find(BAKER), BAKER)
+            os.environ["PHOTIC_PROGRAM"] = BAKER
+            self.assertEqual(program.find(), BAKER)
+        finally:
+            os.environ["PHOTIC_PROGRAM"] = kept
+            shutil.rmtree(target.parent)
+        with zipfile.ZipFile(build_zip.build(OUT)) as archive:
+            self.assertNotIn("platforms", tomllib.loads(archive.read("photic/blender_manifest.toml").decode()))
 
     def test_catalogue_is_the_bakers(self):
         document = program.ask(BAKER, "methods", "--json")
@@ -243,6 +333,18 @@ class Renamed(unittest.TestCase):
             self.assertEqual(compat.quiet_emission(name(cycles=cycles)), [(cycles, *wanted)])
         self.assertEqual(compat.quiet_emission(name()), [])
         self.assertEqual(compat.see_through(name(use_raytrace_refraction=False)), "use_raytrace_refraction")
+        for version, wanted in (((3, 4, 1), "BLENDER_EEVEE"), ((4, 1, 1), "BLENDER_EEVEE"), ((4, 2, 0), "BLENDER_EEVEE_NEXT"),
+                                ((4, 5, 9), "BLENDER_EEVEE_NEXT"), ((5, 0, 0), "BLENDER_EEVEE"), ((5, 2, 2), "BLENDER_EEVEE")):
+            self.assertEqual(compat.eevee_engine(version), wanted)
+        tree, flat = object(), (3, 4, 1)
+        self.assertIsNone(compat.shader_tree(name(node_tree=tree, use_nodes=False), flat))
+        self.assertIs(compat.shader_tree(name(node_tree=tree, use_nodes=True), flat), tree)
+        self.assertIs(compat.shader_tree(name(node_tree=tree), (6, 0, 0)), tree)
+        self.assertIsNone(compat.shader_tree(name(node_tree=None, use_nodes=True), flat))
+        compat.switch_nodes(object(), True, (6, 0, 0))      # nothing to switch
+        for names in (("Transmission",), ("Transmission Weight",)):
+            self.assertEqual(compat.socket({names[0]: 7}, "Transmission"), 7)
+        self.assertIsNone(compat.socket({"Fac": 1}, "Transmission"))
         self.assertEqual(compat.see_through(name(use_screen_refraction=False)), "use_screen_refraction")
 
     def test_progress(self):
@@ -256,4 +358,5 @@ class Renamed(unittest.TestCase):
         folder = pathlib.Path(importlib.import_module("photic").__file__).parent
         for path in folder.rglob("*.py"):
             if path.name != "compat.py":
-                self.assertNotRegex(path.read_text(encoding="utf-8"), r"app\.version|\.interface\b|use_screen_refraction", path.name)
+                self.assertNotRegex(path.read_text(encoding="utf-8"), r"app\.version|\.interface\b|use_screen_refraction|"
+                                    r"\.use_nodes|BLENDER_EEVEE|Transmission Weight|\"Fac\"", path.name)

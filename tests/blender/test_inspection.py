@@ -17,13 +17,12 @@ from photic.properties import method_options  # noqa: E402
 
 def shader(kind, **inputs):
     """A material of one shader node."""
-    made = bpy.data.materials.new(kind)
-    made.use_nodes = True
+    made = scenes.with_nodes(bpy.data.materials.new(kind))
     tree = made.node_tree
     tree.nodes.clear()
     node = tree.nodes.new(kind)
     for name, value in inputs.items():
-        node.inputs[name.replace("_", " ")].default_value = value
+        scenes.compat().socket(node.inputs, name.replace("_", " ")).default_value = value
     out = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(node.outputs[0], out.inputs["Surface"])
     return made, tree, node, out
@@ -90,6 +89,54 @@ class Materials(unittest.TestCase):
             self.assertIn(word, said)
         hair, *_ = shader("ShaderNodeBsdfHair")
         self.assertIn("not understood", " ".join(materials.inspect(hair).notes))
+
+    def test_roughness_and_tint_are_named(self):
+        """What a new Principled with Transmission is: grey, and rough."""
+        made, _, node, _ = shader("ShaderNodeBsdfPrincipled", Transmission=1.0)
+        node.inputs["Roughness"].default_value = 0.5
+        node.inputs["Base Color"].default_value = (0.8, 0.8, 0.8, 1.0)
+        optics = materials.inspect(made)
+        self.assertEqual(roles.role_of(optics), roles.RECEIVER)
+        self.assertAlmostEqual(roles.too_rough(optics), 0.5, 6)
+        self.assertIn("grey: its Base Color is 0.8 0.8 0.8", " ".join(optics.notes))
+        node.inputs["Base Color"].default_value = (0.1, 0.8, 0.9, 1.0)
+        self.assertIn("tinted: its Base Color is 0.1 0.8 0.9", " ".join(materials.inspect(made).notes))
+        node.inputs["Roughness"].default_value = 0.0
+        node.inputs["Base Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+        optics = materials.inspect(made)
+        self.assertEqual((optics.notes, roles.too_rough(optics)), ([], 0.0))
+        scenes.sheet("Sea", 2.0, 4, lambda x, y: 0.0, made)
+        scenes.sun()
+        node.inputs["Roughness"].default_value = 0.5
+        said = scene_now()
+        self.assertIn("'Sea' lets light through, but with Roughness 0.5", words(said))
+        with self.assertRaisesRegex(write.BakerError, "bends light: 'Sea' lets .* Roughness 0.5"):
+            write.scene_text(bpy.context.scene.photic, said, OUT, ())
+        bpy.data.objects["Sea"].photic.role = "REFRACTOR"       # as the artist wishes
+        self.assertNotIn("no caustics", words(scene_now()))
+
+    def test_waves_that_are_only_shaded_are_named(self):
+        """Bump, normal maps and displacement, at the shader or at a group around it: the bake would be of flat water."""
+        def bumped(kind, into, socket="Normal"):
+            made, tree, glass, out = shader("ShaderNodeBsdfGlass")
+            bump = tree.nodes.new(kind)
+            if kind == "ShaderNodeBump":
+                tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs[0], bump.inputs["Height"])
+            tree.links.new(bump.outputs[0], (glass if into == "glass" else out).inputs[socket])
+            return made, tree, glass, bump
+        for kind, word in (("ShaderNodeBump", "has a Bump"), ("ShaderNodeNormalMap", "has a Normal Map")):
+            self.assertIn(word, " ".join(materials.inspect(bumped(kind, "glass")[0]).notes))
+        for kind in ("ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"):
+            self.assertIn("has a Displacement", " ".join(materials.inspect(bumped(kind, "out", "Displacement")[0]).notes))
+        made, tree, glass, _ = bumped("ShaderNodeBump", "glass")
+        geometry = tree.nodes.new("ShaderNodeNewGeometry")
+        tree.links.new(geometry.outputs["Normal"], glass.inputs["Normal"])       # the mesh's own: nothing is lost
+        self.assertEqual(materials.inspect(made).notes, [])
+        made, tree, _, out = shader("ShaderNodeBsdfDiffuse")
+        tree.links.new(tree.nodes.new("ShaderNodeBump").outputs[0], tree.nodes["Diffuse BSDF"].inputs["Normal"])
+        self.assertEqual(materials.inspect(made).notes, [])     # receivers are lit by their own normals
+        scenes.sheet("Sea", 2.0, 4, lambda x, y: 0.0, bumped("ShaderNodeBump", "glass")[0])
+        self.assertIn("the material of 'Sea': 'Glass BSDF' has a Bump", words(scene_now()))
 
     def test_media(self):
         made, tree, _, out = shader("ShaderNodeBsdfGlass")
@@ -169,6 +216,18 @@ class Things(unittest.TestCase):
         table = lights.table(sun, notes)
         numpy.testing.assert_allclose(table["irradiance"], (3.0, 1.5, 0.75))
         self.assertIn("20.0 degrees", notes[0])
+
+    def test_lights_with_nodes_of_their_own(self):
+        sun, notes = bpy.data.objects["Sun"], []
+        lights.table(sun, notes)
+        self.assertEqual(notes, [])
+        scenes.with_nodes(sun.data)     # which Blender 5 has done by itself
+        lights.table(sun, notes)
+        self.assertEqual(notes, [])
+        tree = sun.data.node_tree
+        next(n for n in tree.nodes if n.bl_idname == "ShaderNodeEmission").inputs["Strength"].default_value = 2.0
+        lights.table(sun, notes)
+        self.assertIn("nodes of the light 'Sun'", notes[0])
 
     def test_other_lamps_are_named(self):
         lamp = bpy.data.objects.new("Bulb", bpy.data.lights.new("Bulb", "AREA"))

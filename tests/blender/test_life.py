@@ -6,7 +6,11 @@ import addon_utils
 import bpy
 import numpy
 import scenes
-from support import OUT, contents, render
+from support import ENGINES, OUT, contents, render, volumes_are_shown
+
+scenes.enable()
+from photic import compat  # noqa: E402
+from photic.core import baked_files  # noqa: E402
 
 
 def quick(scene):
@@ -38,17 +42,28 @@ class Life(unittest.TestCase):
         path = photic.__file__.replace("__init__.py", "blender_manifest.toml")
         self.assertIn('version = "%d.%d.%d"' % photic.bl_info["version"], open(path, encoding="utf-8").read())
 
+    def state(self):
+        """All that the preview changes."""
+        water, scene = self.water.data.materials[0], self.scene
+        eevee = {name: getattr(scene.eevee, name) for name in compat.SCENE_SEE_THROUGH if hasattr(scene.eevee, name)}
+        cycles = {name: getattr(scene.cycles, name) for name in ("blur_glossy", "caustics_reflective", "volume_biased")
+                  if hasattr(scene.cycles, name)}
+        return (contents(), nodes_of(self.white), own_keys(self.white), nodes_of(water), getattr(water, compat.see_through(water)),
+                bpy.data.lights["Sun"].cycles.use_multiple_importance_sampling, eevee, cycles)
+
     def test_nothing_is_left(self):
         sun = bpy.data.lights["Sun"]
-        before = contents(), nodes_of(self.white), sun.cycles.use_multiple_importance_sampling, \
-            self.scene.eevee.use_ssr, self.water.data.materials[0].use_screen_refraction, own_keys(self.white)
+        before = self.state()
         bare = scenes.sheet("Bare", 0.5, 1, lambda x, y: -0.9, smooth=False)
         with_bare = contents()
         self.assertEqual(bpy.ops.photic.bake(), {"FINISHED"})
         self.assertFalse(sun.cycles.use_multiple_importance_sampling)
-        self.assertTrue(self.water.data.materials[0].use_screen_refraction)
+        self.assertTrue(getattr(self.water.data.materials[0], compat.see_through(self.water.data.materials[0])))
         self.assertEqual(len(bare.data.materials), 1)
         self.assertNotEqual(nodes_of(self.white), before[1])
+        thick = compat.thickness(next(n for n in self.water.data.materials[0].node_tree.nodes
+                                      if n.bl_idname == "ShaderNodeOutputMaterial"))
+        self.assertTrue(thick is None or thick.is_linked)
         bpy.ops.photic.preview(show=False)
         self.assertEqual(nodes_of(self.white), before[1])
         self.assertEqual(len(bare.data.materials), 0)
@@ -57,9 +72,7 @@ class Life(unittest.TestCase):
         self.assertEqual(contents(), with_bare)
         bpy.data.objects.remove(bare)
         bpy.data.meshes.remove(bpy.data.meshes["Bare"])
-        after = contents(), nodes_of(self.white), sun.cycles.use_multiple_importance_sampling, \
-            self.scene.eevee.use_ssr, self.water.data.materials[0].use_screen_refraction, own_keys(self.white)
-        self.assertEqual(after, before)
+        self.assertEqual(self.state(), before)
 
     def test_twice_is_once(self):
         bpy.ops.photic.bake()
@@ -102,6 +115,80 @@ class Life(unittest.TestCase):
         self.assertGreater(second.mean(), 1.7 * first.mean())
         self.assertGreater(numpy.abs(second / second.mean() - first / first.mean()).max(), 0.1)
 
+    def water_seen(self, engine):
+        """The light in the water, from the side."""
+        for obj in self.scene.objects:
+            obj.hide_render = obj != self.scene.photic.volume
+        if self.scene.camera is None:
+            scenes.camera((0, -4, -0.5), (0, 0, -0.5), orthographic=1)
+            self.scene.camera.data.clip_start, self.scene.camera.data.clip_end = 1.0, 8.0
+        seen = render(engine, 32, samples=4)     # EEVEE's froxels are 8 pixels wide[..., :3]
+        for obj in self.scene.objects:
+            obj.hide_render = obj == self.scene.photic.volume
+        return seen
+
+    def test_a_new_bake_is_seen_in_the_water(self):
+        settings = self.scene.photic
+        settings.medium_from, settings.match_cycles = "SCENE", False
+        for engine in ENGINES:
+            if not volumes_are_shown(engine):
+                print(f"skipped {engine}: it shows no volume grid here, a stock one neither")
+                continue
+            with self.subTest(engine):
+                bpy.data.lights["Sun"].energy = 1.0
+                bpy.ops.photic.bake()
+                first, name = self.water_seen(engine), settings.volume.data.filepath
+                self.assertGreater(first.mean(), 0.0)
+                bpy.data.lights["Sun"].energy = 1.0
+                settings.domain_from, settings.domain_min, settings.domain_max = "CUSTOM", (-1.2, -1.2, -1.1), (0.0, 1.2, 0.2)
+                bpy.ops.photic.bake()   # half of the water is dark now
+                second = self.water_seen(engine)
+                self.assertNotEqual(settings.volume.data.filepath, name)
+                self.assertLess(second[:, 26:].mean(), 0.1 * first[:, 26:].mean())
+                self.assertGreater(second[:, :12].mean(), 0.3 * first[:, :12].mean())
+                settings.domain_from = "AUTO"
+
+    def test_older_bakes_go_when_nothing_refers_to_them(self):
+        """The one that is shown, that to which undo leads and that of the saved file stay; the others go."""
+        def there():
+            return sorted({baked_files.of(path).number for path in OUT.glob("Scene_bake*")})
+        for path in OUT.glob("Scene_bake*"):
+            path.unlink()
+        numbers = []
+        for count in range(5):
+            bpy.ops.photic.bake()
+            numbers.append(baked_files.of(self.scene.photic.volume_file).number)
+            self.assertEqual(there(), numbers[-2:])
+            self.assertEqual(numbers, sorted(set(numbers)))
+        path = str(OUT / "kept.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        for _ in range(3):
+            bpy.ops.photic.bake()
+            numbers.append(baked_files.of(bpy.path.abspath(bpy.context.scene.photic.volume_file)).number)
+        self.assertEqual(there(), [numbers[4]] + numbers[-2:])
+        bpy.ops.wm.open_mainfile(filepath=path)     # without having saved: what the file knew is there
+        self.assertEqual(bpy.ops.photic.load(), {"FINISHED"})
+        bpy.context.scene.photic.resolution = 24
+        bpy.ops.photic.bake()
+        bpy.ops.wm.save_mainfile()
+        bpy.ops.photic.bake()
+        self.assertNotIn(numbers[4], there())
+        # Another file of the same folder, whose bake was removed, finds the newest.
+        bpy.context.scene.photic.volume_file = str(OUT / "Scene_bake1.vdb")
+        bpy.context.scene.photic.atlas_file = str(OUT / "Scene_bake1.json")
+        self.assertEqual(bpy.ops.photic.load(), {"FINISHED"})
+        self.assertEqual(baked_files.of(bpy.context.scene.photic.volume_file).number, max(there()))
+
+    def test_a_failed_bake_leaves_no_files(self):
+        bpy.ops.photic.bake()
+        before = sorted(path.name for path in OUT.glob("Scene_bake*"))
+        self.scene.photic.domain_from = "CUSTOM"
+        self.scene.photic.domain_min, self.scene.photic.domain_max = (-5e4,) * 3, (5e4,) * 3
+        self.scene.photic.size_by, self.scene.photic.voxel_size = "VOXEL", 0.01
+        with self.assertRaises(RuntimeError):
+            bpy.ops.photic.bake()
+        self.assertEqual(sorted(path.name for path in OUT.glob("Scene_bake*")), before)
+
     def test_undo(self):
         before = nodes_of(self.white)
         bpy.ops.ed.undo_push(message="before")
@@ -130,6 +217,7 @@ class Life(unittest.TestCase):
         made = []
         plain = bpy.data.materials.new("No nodes")
         plain.diffuse_color = (0.1, 0.5, 0.9, 1.0)
+        had_nodes = compat.shader_tree(plain) is not None     # since 5.0 every material has
         made.append(plain)
         mixed = scenes.material("Mixed")
         tree = mixed.node_tree
@@ -147,8 +235,8 @@ class Life(unittest.TestCase):
             scenes.sheet(f"Thing {number}", 0.3, 1, lambda x, y: -0.8, material, smooth=False)
         mixed_before = nodes_of(mixed)
         bpy.ops.photic.bake()
-        self.assertTrue(plain.use_nodes)
+        self.assertIsNotNone(compat.shader_tree(plain))
         bpy.ops.photic.preview(show=False)
-        self.assertFalse(plain.use_nodes)
+        self.assertEqual(compat.shader_tree(plain) is not None, had_nodes)
         self.assertEqual(nodes_of(mixed), mixed_before)
         self.assertEqual(own_keys(mixed), [])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Receivers against `photic picture` of the same bake, in both engines, wherever they are moved."""
 import math
+import pathlib
 import unittest
 
 import bpy
@@ -20,7 +21,7 @@ def domain_text(low, high):
             "[[surface]]\nname = \"water\"\nflat = true\nsize = [4, 4]\n")
 
 
-def baked_picture(point, normal, volume="Scene.vdb"):
+def baked_picture(point, normal):
     """The baker's own picture of a plane, and the frame that it is in: (picture, right, up) as unit vectors."""
     point, normal = Vector(point), Vector(normal).normalized()
     sky = Vector((0, 1, 0)) if abs(normal.z) > 0.999 else Vector((0, 0, 1))
@@ -32,8 +33,9 @@ def baked_picture(point, normal, volume="Scene.vdb"):
     scene = OUT / "plane.toml"
     scene.write_text(domain_text(low, high) + f"[[object]]\nname = \"plane\"\nplane = {{ point = {list(point)}, "
                      f"normal = {list(normal)} }}\n")
-    baker("picture", scene, OUT / volume, "-o", OUT, "--receiver", "plane", "--resolution", SIZE, "--progress=none")
-    return picture(OUT / f"{volume[:-4]}_plane.exr")[..., :3]
+    volume = pathlib.Path(bpy.context.scene.photic.volume_file)
+    baker("picture", scene, volume, "-o", OUT, "--receiver", "plane", "--resolution", SIZE, "--progress=none")
+    return picture(OUT / f"{volume.stem}_plane.exr")[..., :3]
 
 
 def look_along(point, normal):

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import shutil
+import stat
 import subprocess
 
 NAME = "photic.exe" if os.name == "nt" else "photic"
@@ -30,11 +31,23 @@ def find(chosen=""):
         if path.is_file() and os.access(path, os.X_OK):
             return str(path)
         raise BakerError(f"The baker '{path}' is missing or not a program; choose another in the add-on's preferences")
-    beside = pathlib.Path(__file__).resolve().parents[1] / "bin" / NAME
-    for candidate in (os.environ.get("PHOTIC_PROGRAM", ""), str(beside), shutil.which(NAME) or ""):
+    for candidate in (os.environ.get("PHOTIC_PROGRAM", ""), carried(), shutil.which(NAME) or ""):
         if candidate and os.access(candidate, os.X_OK) and os.path.isfile(candidate):
             return candidate
     raise BakerError("The program 'photic' was not found; install it, or say where it is in the add-on's preferences")
+
+
+def carried():
+    """Path of the baker that the add-on's zip brought along, made runnable: unzipping forgets what may be run. "" without one."""
+    path = pathlib.Path(__file__).resolve().parents[1] / "bin" / NAME
+    if not path.is_file():
+        return ""
+    if not os.access(path, os.X_OK):
+        try:
+            path.chmod(path.stat().st_mode | stat.S_IXUSR | stat.S_IXGRP | stat.S_IXOTH)
+        except OSError:         # installed for all by somebody else, who has to do it
+            return ""
+    return str(path)
 
 
 def ask(program, *arguments):

@@ -35,6 +35,12 @@ class Optics:
     notes: list = dataclasses.field(default_factory=list)
 
 
+def too_rough(optics):
+    """The roughness by which a material that would bend or mirror light does not, or 0."""
+    bends = optics is not None and max(optics.refract, optics.mirror) >= MAJORITY
+    return optics.roughness if bends and optics.roughness > SMOOTH_ROUGHNESS else 0.0
+
+
 def role_of(optics, is_water=False):
     """The role found by itself. `is_water`: an Ocean modifier says so, whatever the material."""
     if is_water:

@@ -2,18 +2,19 @@
 """Writes scene files (docs/scene.md), and remembers which line speaks of what."""
 import json
 import math
+import numbers
 
 
 def value_text(value):
     """A TOML value. Raises ValueError for what TOML's readers refuse: infinities and NaN."""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, float):
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Real):
         if not math.isfinite(value):
             raise ValueError(f"{value} is no number that a scene can hold")
-        return repr(value)
+        return repr(float(value))       # numpy's own numbers say their type since its version 2
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")  # JSON's escapes are TOML's
     if isinstance(value, dict):

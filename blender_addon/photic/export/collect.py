@@ -33,6 +33,7 @@ class Collected:
     lights: list = dataclasses.field(default_factory=list)      # (object's name, table)
     medium: roles.Medium = dataclasses.field(default_factory=roles.Medium)
     notes: list = dataclasses.field(default_factory=list)       # (object's name, words): nothing is lost in silence
+    rough: list = dataclasses.field(default_factory=list)       # (object's name, words): would bend light, were it smoother
     forms: list = dataclasses.field(default_factory=list)       # (object's name, words): what each water is baked as, and why
 
     @property
@@ -110,6 +111,14 @@ def _item(name, obj, role, mesh, scene, first):
         optics.ior = WATER_IOR
     if obj.photic.ior > 0:
         optics.ior = obj.photic.ior
+    if first and obj.photic.role == "AUTO" and role == roles.RECEIVER and roles.too_rough(optics):
+        refracts = optics.refract >= roles.MAJORITY
+        does = "lets light through" if refracts else "is metal"
+        words = (f"'{obj.name}' {does}, but with Roughness {optics.roughness:.2g} it makes no caustics: set the Roughness of its "
+                 f"material to 0 (up to {roles.SMOOTH_ROUGHNESS} is baked as if smooth)")
+        scene.rough.insert(0 if refracts else len(scene.rough), (obj.name, words))
+        if refracts:        # rough metal is common, and nobody expects caustics of it
+            scene.notes.append((obj.name, words))
     if first:
         bends = role in (roles.REFRACTOR, roles.MIRROR)
         scene.notes += [(obj.name, f"the material of '{obj.name}': {note}") for note in optics.notes if bends]

@@ -1,19 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a node material makes of light: its closures, their shares, its refractive index and its medium."""
+from .. import compat
 from ..core import roles
 from ..nodes import graph
 
 MAX_DEPTH = 64      # of nested shaders; deeper trees are loops
+BUMPS = ("ShaderNodeBump", "ShaderNodeNormalMap", "ShaderNodeTexImage", "ShaderNodeTexNoise", "ShaderNodeTexWave",
+         "ShaderNodeTexMusgrave", "ShaderNodeTexVoronoi")
+WHITE = 0.95        # a smallest channel from which on nothing is said about a colour
 
 
 def inspect(material):
     """Optics of a material; None for no material or one without nodes, which is plain white to every renderer."""
-    if material is None or not material.use_nodes or material.node_tree is None:
+    tree = compat.shader_tree(material) if material is not None else None
+    if tree is None:
         return None
     optics = roles.Optics()
-    output = graph.active_output(material.node_tree)
+    output = graph.active_output(tree)
     if output is None:
         return optics
+    if graph.source(output.inputs["Displacement"]):
+        optics.notes.append("has a Displacement, which is not baked: light is bent by the mesh alone. Move the mesh itself, by a "
+                            "Displace or an Ocean modifier")
     parts = []      # (share, kind, roughness, ior)
     _closures(graph.source(output.inputs["Surface"]), 1.0, parts, optics.notes, 0)
     _sum_up(parts, optics)
@@ -40,9 +48,9 @@ def _sum_up(parts, optics):
         optics.notes.append(f"has roughness {optics.roughness:.2g}, and is baked as if it were smooth")
 
 
-def _number(node, notes, *names, otherwise=0.0):
+def _number(node, notes, name, otherwise=0.0):
     """A socket's number; when something is linked to it, its default, which is said."""
-    socket = graph.socket(node.inputs, *names)
+    socket = compat.socket(node.inputs, name)
     if socket is None:
         return otherwise
     if graph.source(socket):
@@ -53,8 +61,8 @@ def _number(node, notes, *names, otherwise=0.0):
     return float(socket.default_value)
 
 
-def _colour(node, notes, *names, otherwise=(1.0, 1.0, 1.0)):
-    socket = graph.socket(node.inputs, *names)
+def _colour(node, notes, name, otherwise=(1.0, 1.0, 1.0)):
+    socket = compat.socket(node.inputs, name)
     if socket is None:
         return otherwise
     if graph.source(socket):
@@ -62,10 +70,22 @@ def _colour(node, notes, *names, otherwise=(1.0, 1.0, 1.0)):
     return tuple(socket.default_value)[:3]
 
 
-def _warn_tint(node, notes, *names):
-    colour = _colour(node, [], *names)
-    if min(colour) < 0.95:
-        notes.append(f"'{node.name}' is tinted, which a surface's light is not in the bake; give it a Volume Absorption instead")
+def _warn_tint(node, notes, name, mirror=False):
+    colour = _colour(node, [], name)
+    if min(colour) >= WHITE:
+        return
+    level = " ".join(f"{c:.2g}" for c in colour)
+    words = "is tinted" if max(colour) - min(colour) > 1e-3 else "is grey"
+    notes.append(f"'{node.name}' {words}: its {name} is {level}, and the light in the bake keeps its own colour; set {name} to "
+                 "white" + ("" if mirror else ", and for coloured water give it a Volume Absorption"))
+
+
+def _warn_bump(node, notes):
+    """Of a closure that bends light, or a group with one: normals that are not the mesh's."""
+    found = graph.upstream(graph.source(node.inputs.get("Normal")), BUMPS)
+    if found is not None:
+        notes.append(f"'{node.name}' has a {found.bl_label}, which is not baked: light is bent by the mesh alone. Move the mesh "
+                     "itself, by a Displace or an Ocean modifier")
 
 
 def _closures(origin, share, parts, notes, depth):
@@ -77,7 +97,7 @@ def _closures(origin, share, parts, notes, depth):
     if graph.is_ours(node):
         _closures(graph.source(node.inputs.get("Shader")), share, parts, notes, depth + 1)
     elif kind == "ShaderNodeMixShader":
-        factor = _number(node, notes, "Fac", "Factor") if not _is_fresnel(node.inputs[0]) else 0.0
+        factor = _number(node, notes, "Factor") if not _is_fresnel(node.inputs[0]) else 0.0
         _closures(graph.source(node.inputs[1]), share * (1 - factor), parts, notes, depth + 1)
         if _is_fresnel(node.inputs[0]):     # glass by hand: refraction below, its reflection above
             factor = 0.1
@@ -86,15 +106,18 @@ def _closures(origin, share, parts, notes, depth):
         for socket in node.inputs:
             _closures(graph.source(socket), share, parts, notes, depth + 1)
     elif kind == "ShaderNodeGroup" and node.node_tree:
+        _warn_bump(node, notes)
         inner = graph.group_source(node, origin)
         _closures(inner, share, parts, notes, depth + 1)
     elif kind == "ShaderNodeBsdfPrincipled":
         _principled(node, share, parts, notes)
     elif kind in ("ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"):
+        _warn_bump(node, notes)
         _warn_tint(node, notes, "Color")
         parts.append((share, "refract", _number(node, notes, "Roughness"), _number(node, notes, "IOR", otherwise=1.45)))
     elif kind in ("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"):
-        _warn_tint(node, notes, "Color", "Base Color")
+        _warn_bump(node, notes)
+        _warn_tint(node, notes, "Base Color" if kind == "ShaderNodeBsdfMetallic" else "Color", mirror=True)
         parts.append((share, "mirror", _roughness_of_glossy(node, notes), 1.0))
     elif kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfTranslucent",
                   "ShaderNodeBsdfVelvet", "ShaderNodeBsdfSheen", "ShaderNodeBsdfToon"):
@@ -116,13 +139,15 @@ def _is_fresnel(socket):
 
 def _principled(node, share, parts, notes):
     metallic = _number(node, notes, "Metallic")
-    transmission = _number(node, notes, "Transmission Weight", "Transmission") * (1 - metallic)
+    transmission = _number(node, notes, "Transmission") * (1 - metallic)
     roughness = _number(node, notes, "Roughness")
+    if transmission > 0 or metallic > 0:
+        _warn_bump(node, notes)
     if transmission > 0:
         _warn_tint(node, notes, "Base Color")
         parts.append((share * transmission, "refract", roughness, _number(node, notes, "IOR", otherwise=1.45)))
     if metallic > 0:
-        _warn_tint(node, notes, "Base Color")
+        _warn_tint(node, notes, "Base Color", mirror=True)
         parts.append((share * metallic, "mirror", roughness, 1.0))
     parts.append((share * (1 - transmission) * (1 - metallic), "diffuse", 1.0, 1.0))
 
@@ -138,7 +163,7 @@ def _medium(origin, share, notes, depth):
         first, second = (_medium(graph.source(socket), share, notes, depth + 1) for socket in node.inputs)
         return _together(first, second)
     if kind == "ShaderNodeMixShader":
-        factor = _number(node, notes, "Fac", "Factor")
+        factor = _number(node, notes, "Factor")
         return _together(_medium(graph.source(node.inputs[1]), share * (1 - factor), notes, depth + 1),
                          _medium(graph.source(node.inputs[2]), share * factor, notes, depth + 1))
     if kind == "ShaderNodeGroup" and node.node_tree:

@@ -17,6 +17,9 @@ def domain_of(settings, scene):
             raise BakerError(f"The domain's box is empty: from {tuple(low)} to {tuple(high)}; draw it larger")
         return low, high
     box = collect.automatic_domain(scene, settings.resolution)
+    if box is None and scene.rough:
+        name, words = scene.rough[0]
+        raise BakerError(f"Nothing in the scene bends light: {words}", name)
     if box is None:
         raise BakerError("Nothing in the scene bends light: add water or glass (a material with transmission), a mirror, "
                          "or choose a role in Object Properties > Photic")
@@ -29,7 +32,7 @@ def scene_text(settings, scene, folder, methods):
         raise BakerError("There is no sun in the scene; add a light of type Sun")
     low, high = domain_of(settings, scene)
     text = toml_text.SceneText()
-    sized = {"voxel_size": float(settings.voxel_size)} if settings.size_by == "VOXEL" else {"resolution": settings.resolution}
+    sized = {"voxel_size": float(f"{settings.voxel_size:.6g}")} if settings.size_by == "VOXEL" else {"resolution": settings.resolution}
     text.add("[domain]", {"min": low.tolist(), "max": high.tolist(), **sized,
                           "shear": "light" if settings.shear else "none"})
     for name, table in scene.lights:

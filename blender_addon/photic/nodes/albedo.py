@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The diffuse colour of a material as a socket: what its own shaders would reflect of light that they were given."""
+from .. import compat
 from . import graph
 
 MAX_DEPTH = 64
@@ -52,8 +53,8 @@ def _three(colour):
 def _principled(b, node):
     """base colour * (1 - metallic) * (1 - transmission)."""
     colour = _value_of(node.inputs["Base Color"])
-    for names in (("Metallic",), ("Transmission Weight", "Transmission")):
-        amount = _value_of(graph.socket(node.inputs, *names))
+    for name in ("Metallic", "Transmission"):
+        amount = _value_of(compat.socket(node.inputs, name))
         if amount == 0.0:
             continue
         if amount == 1.0:

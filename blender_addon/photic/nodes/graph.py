@@ -21,15 +21,6 @@ def outputs(tree):
     return [node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial"]
 
 
-def socket(sockets, *names):
-    """The first socket of these names, or None: names have changed over Blender's versions."""
-    for name in names:
-        found = sockets.get(name)
-        if found is not None:
-            return found
-    return None
-
-
 def source(socket_in):
     """The output socket that feeds an input, through reroutes and muted links; None when nothing does."""
     while socket_in is not None and socket_in.is_linked:
@@ -49,6 +40,21 @@ def group_source(group_node, output_socket):
             inner = next((s for s in node.inputs if s.identifier == output_socket.identifier), None)
             return source(inner)
     return None
+
+
+def upstream(origin, kinds, depth=64):
+    """The first node of these kinds behind an output socket, itself included, or None."""
+    if origin is None or depth == 0:
+        return None
+    node = origin.node
+    if node.bl_idname in kinds:
+        return node
+    if node.bl_idname == "ShaderNodeGroup" and node.node_tree:
+        found = upstream(group_source(node, origin), kinds, depth - 1)
+        if found is not None:
+            return found
+    return next((found for socket_in in node.inputs
+                 if (found := upstream(source(socket_in), kinds, depth - 1)) is not None), None)
 
 
 def constant(socket_in):

@@ -89,7 +89,7 @@ def _material(volume_object, tree, medium):
     if material is None or not graph.is_ours(material):
         material = bpy.data.materials.new(name)
         compat.mark(material)
-    material.use_nodes = True
+    compat.switch_nodes(material, True)
     material.node_tree.nodes.clear()
     b = build.Builder(material.node_tree)
     group = b.node("ShaderNodeGroup", "Medium", node_tree=tree)

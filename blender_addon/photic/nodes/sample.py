@@ -32,7 +32,9 @@ def build_group(volume_object, atlas, late=(0.0, 0.0, 0.0), frames=None):
     sizes = (atlas.slice_width, atlas.slice_height, atlas.slices)
     axes = [_taps_along(b, index, part, size) for index, part, size in zip(b.split(below), share, sizes)]
 
-    images = [_image(atlas.image, frames)] + ([_image(atlas.rgb_image, frames)] if atlas.rgb_image else [])
+    images = [_image(groups.named("Atlas", volume_object), atlas.image, frames)]
+    if atlas.rgb_image:
+        images.append(_image(groups.named("Colours", volume_object), atlas.rgb_image, frames))
     flux, mean, colour = None, None, None
     for i, j, k in itertools.product((0, 1), repeat=3):
         weight = b.math("MULTIPLY", b.math("MULTIPLY", axes[0][i][1], axes[1][j][1]), axes[2][k][1])
@@ -93,13 +95,15 @@ def _add(b, total, colour, weight):
     return b.vector("ADD", total, scaled) if total else scaled
 
 
-def _image(path, frames):
-    """The data block of an atlas: read anew when the file was baked again, never treated as a colour."""
-    wanted = bpy.path.abspath(path)
-    image = next((i for i in bpy.data.images if graph.is_ours(i) and bpy.path.abspath(i.filepath) == wanted), None)
-    if image is None:
+def _image(name, path, frames):
+    """The data block of an atlas, the same one for each bake of a volume; never treated as a colour."""
+    image = bpy.data.images.get(name)
+    if image is None or not graph.is_ours(image):
         image = bpy.data.images.load(path)
+        image.name = name
         compat.mark(image)
+    elif bpy.path.abspath(image.filepath) != bpy.path.abspath(path):
+        image.filepath = path
     image.colorspace_settings.name = "Non-Color"
     image.alpha_mode = "CHANNEL_PACKED"
     image.use_half_precision = True

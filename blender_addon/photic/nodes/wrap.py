@@ -10,7 +10,8 @@ WRAPPER = "Photic Receiver"
 
 
 def is_wrapped(material):
-    return any(graph.is_ours(node) for node in material.node_tree.nodes) if material.use_nodes and material.node_tree else False
+    tree = compat.shader_tree(material)
+    return tree is not None and any(graph.is_ours(node) for node in tree.nodes)
 
 
 def wrap(material, receiver_group):
@@ -19,9 +20,10 @@ def wrap(material, receiver_group):
         return
     unwrap(material)
     had_nodes = bool(material.node_tree and material.node_tree.nodes)
-    before = {"use_nodes": int(material.use_nodes), "had_nodes": int(had_nodes)}
-    if not material.use_nodes:
-        material.use_nodes = True
+    used_nodes = compat.shader_tree(material) is not None
+    before = {"use_nodes": int(used_nodes), "had_nodes": int(had_nodes)}
+    if not used_nodes:
+        compat.switch_nodes(material, True)
         if not had_nodes:
             _principled_of(material, tuple(material.diffuse_color), material.roughness, material.metallic)
     for owner, name, value in compat.quiet_emission(material):
@@ -53,9 +55,9 @@ def wrap(material, receiver_group):
 
 def unwrap(material):
     """Gives the outputs their own shaders back and removes every node of ours."""
-    if not (material.use_nodes and material.node_tree):
+    tree = compat.shader_tree(material)
+    if tree is None:
         return
-    tree = material.node_tree
     for output in graph.outputs(tree):
         surface = output.inputs["Surface"]
         while surface.is_linked and graph.is_ours(surface.links[0].from_node):
@@ -74,7 +76,18 @@ def unwrap(material):
         del material[BEFORE]
         if not before["had_nodes"]:
             tree.nodes.clear()
-        material.use_nodes = bool(before["use_nodes"])
+        compat.switch_nodes(material, bool(before["use_nodes"]))
+
+
+def make_thin(material):
+    """Tells EEVEE (since 4.2) that what refracts is a surface with water behind it, and no slab of glass that turns light back
+    to where it went: what is seen through it is misplaced otherwise. unwrap() takes the node away."""
+    tree = compat.shader_tree(material)
+    for output in graph.outputs(tree) if tree else ():
+        socket = compat.thickness(output)
+        if socket is not None and not socket.is_linked:
+            b = build.Builder(tree, (output.location.x - 200, output.location.y - 120))
+            b.plug(b.value("No thickness", 0.0), socket)
 
 
 def _principled_of(material, colour, roughness, metallic):
@@ -96,5 +109,5 @@ def plain_material():
     if material is None:
         material = bpy.data.materials.new(name)
         compat.mark(material)
-        material.use_nodes = True
+        compat.switch_nodes(material, True)
     return material

@@ -2,7 +2,7 @@
 """What the buttons do."""
 import bpy
 
-from . import bake, preview, scene_check, domain
+from . import bake, domain, kept_bakes, preview, scene_check
 
 CLASSES = (bake.PHOTIC_OT_bake, bake.PHOTIC_OT_cancel, bake.PHOTIC_OT_load, bake.PHOTIC_OT_export,
            preview.PHOTIC_OT_preview, preview.PHOTIC_OT_remove,
@@ -12,9 +12,11 @@ CLASSES = (bake.PHOTIC_OT_bake, bake.PHOTIC_OT_cancel, bake.PHOTIC_OT_load, bake
 def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    kept_bakes.register()
 
 
 def unregister():
     bake.stop()
+    kept_bakes.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

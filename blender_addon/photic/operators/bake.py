@@ -5,7 +5,7 @@ import bpy
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options
-from . import job, preview_state
+from . import job, kept_bakes, preview_state
 
 TICK_SECONDS = 0.1
 BLOCKED_INTERVAL_SECONDS = 0.02
@@ -119,7 +119,7 @@ class PHOTIC_OT_bake(bpy.types.Operator):
             return {"CANCELLED"}
         notes = [words for _, words in self._job.notes]
         for words in notes:
-            self.report({"INFO"}, words)
+            self.report({"WARNING"}, words)
         settings.message = ""
         try:
             preview_state.load(context)
@@ -130,6 +130,7 @@ class PHOTIC_OT_bake(bpy.types.Operator):
         except BakerError as error:
             show_error(self, context, error)
             return {"CANCELLED"}
+        kept_bakes.made(self._job.bake, self._job.before)
         kept = f", {self._job.kept} of them had not changed" if self._job.kept else ""
         self.report({"INFO"}, f"Baked {max(len(self._job.frames), 1)} frame{'s' if len(self._job.frames) > 1 else ''}{kept}")
         return {"FINISHED"}

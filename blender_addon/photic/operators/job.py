@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake from first to last: export each frame, run the baker on it, lay out the atlas. Ticked by a timer, or by a loop."""
+"""A bake from first to last: export each frame, run the baker on it, lay out the atlas. Ticked by a timer, or by a loop.
+
+Its files have names of their own (core/baked_files.py); of a frame range, those that have not changed are linked from the bake
+before.
+"""
 import os
 import pathlib
 import re
 
 import bpy
 
-from ..core import process
+from ..core import baked_files, process, words
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options, preferences
@@ -45,6 +49,9 @@ class Job:
         self.program = preferences.baker()
         self.folder = output_folder(self.settings)
         self.stem = file_stem(self.scene)
+        self.before = baked_files.of(bpy.path.abspath(self.settings.volume_file))
+        self.bake = baked_files.following(self.folder, self.stem)
+        self.is_done = False
         self.parts = self.folder / f"{self.stem}_scene"
         self.parts.mkdir(exist_ok=True)
         self.notes = []
@@ -90,12 +97,17 @@ class Job:
         self._steps = iter(())
 
     def end(self):
-        """Puts the scene's frame back, whatever happened."""
+        """Puts the scene's frame back, whatever happened; of a bake that was not done nothing stays."""
+        if not self.is_done:
+            self.bake.remove()
         if self.frames and self.scene.frame_current != self._frame_before:
             self.scene.frame_set(self._frame_before)
 
     def _all_steps(self):
         volumes = []
+        beside = self.before and (self.before.folder, self.before.stem) == (self.bake.folder, self.bake.stem)
+        if self.frames and beside and self.settings.sequence_count:
+            baked_files.link_frames(self.before, self.bake)
         count = max(len(self.frames), 1)
         for number, frame in enumerate(self.frames or [None]):
             self._share = (0.9 * number / count, 0.9 / count)
@@ -111,13 +123,19 @@ class Job:
             yield
         self._share = (0.9, 0.1)
         self._check_references(volumes)
-        if not self._atlas_is_newer(volumes):
+        as_before = self._as_before(volumes)
+        if as_before:
+            self.bake.remove()
+            self.bake = self.before
+            volumes = as_before
+        else:
             self.run = process.Run(self.program, "export", *map(str, volumes), "-o", str(self._pattern("exr")))
             yield
+        self.is_done = True
         self._keep(volumes)
 
     def _pattern(self, extension):
-        return self.folder / (f"{self.stem}.####.{extension}" if self.frames else f"{self.stem}.{extension}")
+        return self.folder / (f"{self.bake.name}.####.{extension}" if self.frames else f"{self.bake.name}.{extension}")
 
     def _export(self, frame):
         depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -126,7 +144,7 @@ class Job:
         self.text = write.scene_text(self.settings, self.collected, self.parts, method_options.methods())
         number = "" if frame is None else f".{frame:04d}"
         return (write.write(self.text, self.parts, f"{self.stem}{number}"),
-                self.folder / f"{self.stem}{number}.vdb")
+                self.folder / f"{self.bake.name}{number}.vdb")
 
     def _take_result(self):
         run = self.run
@@ -136,10 +154,11 @@ class Job:
             return
         if run.error:
             owner = self.text.owner_of(run.error.where)
-            if owner:
-                raise BakerError(f"{owner}: {run.error}", owner)
-            raise BakerError(str(run.error))
-        self.notes += [("", warning) for warning in run.warnings if ("", warning) not in self.notes]
+            said = words.plain(str(run.error))
+            raise BakerError(f"{owner}: {said}" if owner else said, owner)
+        for warning in map(words.plain, run.warnings):
+            if ("", warning) not in self.notes:
+                self.notes.append(("", warning))
         report = run.done["report"] if run.done else None
         if report:
             self.kept += bool(report["up_to_date"])
@@ -155,12 +174,14 @@ class Job:
         if missing:
             raise BakerError(f"The baker said that it was done, but '{missing[0]}' is not there")
 
-    def _atlas_is_newer(self, volumes):
-        """Every volume was kept, and its atlas is there: nothing to do."""
+    def _as_before(self, volumes):
+        """The volumes of the bake before, when every frame was kept and they have their atlases; then nothing is to do."""
         if self.kept != len(volumes) or not self.frames:
-            return False
-        return all(atlas.exists() and atlas.stat().st_mtime >= volume.stat().st_mtime
-                   for volume in volumes for atlas in (volume.with_suffix(".exr"), volume.with_suffix(".json")))
+            return []
+        old = [volume.with_name(self.before.name + volume.name[len(self.bake.name):]) for volume in volumes]
+        whole = all(path.exists() and path.stat().st_mtime >= volume.stat().st_mtime
+                    for volume in old for path in (volume.with_suffix(".exr"), volume.with_suffix(".json")))
+        return old if whole else []
 
     def _keep(self, volumes):
         """Writes down in the scene what was baked."""

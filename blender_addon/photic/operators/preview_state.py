@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Showing a baked volume: the volume object, its groups, wrapped receivers, quiet suns; and all of it undone."""
 import os
+import re
 
 import bpy
 import mathutils
+import numpy
 
 from .. import compat
 from ..core import atlas as atlas_file
-from ..core import roles
+from ..core import baked_files, roles
 from ..core.program import BakerError
 from ..export import collect, lights
 from ..nodes import graph, groups, medium, receiver, sample, wrap
@@ -23,7 +25,9 @@ def load(context):
         raise BakerError("Nothing has been baked yet; press Bake")
     path = bpy.path.abspath(settings.volume_file)
     if not os.path.exists(path):
-        raise BakerError(f"The volume '{path}' is gone; bake again, or set where it is and press Load")
+        path = _newer(settings)
+    if not path:
+        raise BakerError(f"The volume '{bpy.path.abspath(settings.volume_file)}' is gone; bake again, or set where it is and press Load")
     obj = settings.volume
     if obj is None or obj.name not in scene.objects or obj.type != "VOLUME":
         data = bpy.data.volumes.new(f"{scene.name} light")
@@ -34,7 +38,7 @@ def load(context):
         settings.volume = obj
         obj[LATE] = (0.0, 0.0, 0.0)
     data = obj.data
-    data.grids.unload()                 # the file behind the name may be a new one
+    data.grids.unload()
     data.is_sequence = False
     data.filepath = settings.volume_file
     data.render.space = "WORLD"         # or an object's scale changes the density
@@ -51,6 +55,19 @@ def load(context):
     obj.hide_render = True
     obj.display_type = "BOUNDS"
     return obj
+
+
+def _newer(settings):
+    """Where the volume is gone: that of the newest bake beside it, which another file may have made; "" without one."""
+    gone = baked_files.of(bpy.path.abspath(settings.volume_file))
+    newest = baked_files.newest(gone.folder, gone.stem) if gone else None
+    if newest is None or bool(settings.sequence_count) != bool(re.search(r"\.\d+\.vdb$", str(newest.files()[-1]))):
+        return ""
+    was = gone.name
+    for name in ("volume_file", "atlas_file"):
+        setattr(settings, name, getattr(settings, name).replace(was, newest.name))
+    path = bpy.path.abspath(settings.volume_file)
+    return path if os.path.exists(path) else ""
 
 
 def _place(obj):
@@ -115,6 +132,7 @@ def show(context):
     _see_through(scene)
     _quiet_suns(scene, skipped)
     _quiet_caustics(scene)
+    _march(scene)
     settings.previewing = True
     return skipped
 
@@ -250,6 +268,12 @@ def _quiet_caustics(scene):
         _set(scene, scene.cycles, "cycles", "caustics_refractive", False)
 
 
+def _march(scene):
+    """Cycles since 5.0 scatters along rays at random; a light volume is emission, which marching integrates without noise."""
+    if hasattr(scene, "cycles"):
+        _set(scene, scene.cycles, "cycles", "volume_biased", True)
+
+
 def _see_through(scene):
     """EEVEE shows what lies behind water only when it is told to."""
     for name in compat.SCENE_SEE_THROUGH:
@@ -260,6 +284,18 @@ def _see_through(scene):
         for slot in obj.material_slots:
             if slot.material and not slot.material.library:
                 _set(slot.material, slot.material, "", compat.see_through(slot.material), True)
+                if not _is_closed(obj):
+                    wrap.make_thin(slot.material)
+
+
+def _is_closed(obj):
+    """Whether an object's mesh, before its modifiers, has no rim: glass, and not the surface of water."""
+    mesh = obj.data
+    if obj.type != "MESH" or not mesh.polygons or any(modifier.type == "OCEAN" for modifier in obj.modifiers):
+        return False
+    edges = numpy.empty(len(mesh.loops), dtype=numpy.int32)
+    mesh.loops.foreach_get("edge_index", edges)
+    return bool((numpy.bincount(edges) != 1).all())
 
 
 def remove(context):

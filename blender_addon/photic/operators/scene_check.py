@@ -3,6 +3,7 @@
 import bpy
 
 from ..core import program, roles
+from ..core import words as plain_words
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options, preferences
@@ -16,7 +17,9 @@ def complaints(context):
     found = []
     scene = collect.collect(context.evaluated_depsgraph_get())
     bending = scene.of(roles.REFRACTOR, roles.MIRROR)
-    if not bending:
+    if not bending and scene.rough:
+        found += [note for note in scene.rough if note not in scene.notes]
+    elif not bending:
         found.append(("", "Nothing bends light: give the water a material with transmission, or choose a role"))
     if not scene.lights:
         found.append(("", "There is no sun: add a light of type Sun"))
@@ -63,7 +66,8 @@ def estimate(context, scene=None):
                            "-o", str(folder.parent / f"{job.file_stem(context.scene)}.vdb"))
     except BakerError as error:
         owner = text.owner_of(error.where)
-        raise BakerError(f"{owner}: {error}" if owner else str(error), owner) from error
+        said = plain_words.plain(str(error))
+        raise BakerError(f"{owner}: {said}" if owner else said, owner) from error
 
 
 def in_words(answer):

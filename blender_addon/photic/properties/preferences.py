@@ -19,7 +19,8 @@ class PhoticPreferences(bpy.types.AddonPreferences):
 
     program: bpy.props.StringProperty(
         name="Baker", subtype="FILE_PATH", update=_baker_changed,
-        description="The program 'photic'; empty: $PHOTIC_PROGRAM, the add-on's bin folder, or the search path")
+        description="The program 'photic', if another is to bake than the add-on's own; empty: $PHOTIC_PROGRAM, the one that "
+                    "came with the add-on, or the search path")
     threads: bpy.props.IntProperty(name="Threads", min=0, max=1024, description="That a bake uses; 0: all cores")
 
     def draw(self, _context):

@@ -6,6 +6,7 @@ import bpy
 from bpy.props import (BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty,
                        StringProperty)
 
+from .. import compat
 from . import method_options
 
 _method_items = []     # Blender keeps no reference to the strings of a dynamic enum
@@ -57,7 +58,8 @@ def _annotations():
         "absorption": FloatVectorProperty(name="Absorption", default=(0.0, 0.0, 0.0), description="Per metre; R, G, B", **per_metre),
         "scattering": FloatVectorProperty(name="Scattering", default=(0.05, 0.05, 0.05), description="Per metre; R, G, B", **per_metre),
         "anisotropy": FloatProperty(name="Anisotropy", default=0.8, min=-0.99, max=0.99, description="Henyey and Greenstein's g"),
-        "folder": StringProperty(name="Folder", default="//photic", subtype="DIR_PATH", description="Of baked volumes"),
+        "folder": StringProperty(name="Folder", default="//photic", subtype="DIR_PATH", description="Of baked volumes",
+                                 options={"ANIMATABLE"} | compat.relative_path()),
         "preview_after_bake": BoolProperty(name="Show when baked", default=True),
         "show_medium": BoolProperty(name="Light in the water", default=True, update=_preview_changed,
                                     description="Show the volume's light scattered by the medium"),
@@ -69,8 +71,8 @@ def _annotations():
                                   description="Multiplies the light; 1 is right"),
         # Of the last bake
         "volume": PointerProperty(name="Light volume", type=bpy.types.Object),
-        "volume_file": StringProperty(name="Volume file", subtype="FILE_PATH"),
-        "atlas_file": StringProperty(name="Atlas", subtype="FILE_PATH"),
+        "volume_file": StringProperty(name="Volume file", subtype="FILE_PATH", options=compat.relative_path()),
+        "atlas_file": StringProperty(name="Atlas", subtype="FILE_PATH", options=compat.relative_path()),
         "sequence_start": IntProperty(),
         "sequence_count": IntProperty(),
         "level": FloatProperty(),
