@@ -134,7 +134,9 @@ private:
             LocalBlock local;
             local.uniform_cost = problem_.slowness * problem_.spacing;
             local.varies = !problem_.slownesses.empty(), local.factored = problem_.source != nullptr;
-            local.slack = local.factored ? problem_.spacing * slowness_ : 0;
+            // How much earlier than a cell one may be that depends on it.
+            const double turning = problem_.order == MarchingOrder::Second ? kFarLater : 0;
+            local.slack = (local.factored ? 1 : turning) * problem_.spacing * slowness_;
             std::fill_n(local.cost, 8, local.uniform_cost);
             std::int64_t sum = 0;
             const std::size_t end = std::min(blocks.size(), (static_cast<std::size_t>(task) + 1) * kTask);

@@ -14,6 +14,12 @@ inline constexpr int kPitch = 16;  // a row, aligned: x lies at kFirst + x, its 
 inline constexpr int kFirst = 8;
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
+/// [n h] How much later than the nearer cell the further one of a second-order difference may be. Where it may not be
+/// later at all, differences fall back to first order wherever a front turns over along an axis, and leave an error in
+/// the curvature that no resolution cures (10 % along a cross below a point source). A front whose radius is R turns
+/// over by 1.5 h / R.
+inline constexpr double kFarLater = 0.25;
+
 /// One block with its surroundings, in cache.
 struct LocalBlock {
     alignas(64) double t[kRows * kRows * kPitch + kHalo];

@@ -19,25 +19,29 @@ struct Upwind {
     Lanes near, value, weight;
 };
 
+/// @param later   by how much the further neighbour may be later than the nearer one
 /// @param misses  of the axis; `lane` is the first one's place in it. Null: nothing is added
 template <bool kFactored>
-inline void upwind(const double* c, int step, bool second_order, const double (*misses)[2][BlockGrid::kCells], int lane,
-                   Upwind& out) {
+inline void upwind(const double* c, int step, bool second_order, const Lanes& later,
+                   const double (*misses)[2][BlockGrid::kCells], int lane, Upwind& out) {
     const Lanes m1 = load(c - step), m2 = load(c - 2 * step), p1 = load(c + step), p2 = load(c + 2 * step);
     const LaneMask low = m1 <= p1;
     out.near = low ? m1 : p1;
     const Lanes far = low ? m2 : p2, one = Lanes{} + 1.0;
-    const LaneMask second = (far <= out.near) & (out.near < kUnreached) & (LaneMask{} - std::int64_t{second_order});
+    const LaneMask second =
+        (far <= out.near + later) & (out.near < kUnreached) & (LaneMask{} - std::int64_t{second_order});
     out.value = second ? (4 * out.near - far) * (1.0 / 3) : out.near;
     if constexpr (kFactored) {
         const Lanes first_low = load(misses[0][0] + lane), first_high = load(misses[1][0] + lane);
         const Lanes second_low = load(misses[0][1] + lane), second_high = load(misses[1][1] + lane);
         const Lanes first = low ? first_low : first_high, twice = low ? second_low : second_high;
         out.value += second ? twice : first;
-        // Upwind is where the slope is positive, the source's own part of it included: beside the planes through the
-        // source a neighbour may be a little later and still be upwind.
         out.near = out.value;
     }
+    // Upwind is where the slope is positive, not where a neighbour is earlier: where the front turns over along an
+    // axis, beside the planes through a source or below a trough, the one-sided slope tells both sides of a minimum
+    // apart.
+    out.near = least(out.near, out.value);
     out.weight = second ? one * 2.25 : one;
 }
 
@@ -92,10 +96,11 @@ inline void upwindLanes(const LocalBlock& b, const double* __restrict row, const
     const int lane = bit * BlockGrid::kSide + first;
     const bool second_order = b.second_order;
     Upwind x, y, z;
-    upwind<kFactored>(t, 1, second_order, b.misses[0], lane, x);
-    upwind<kFactored>(t, kPitch, second_order, b.misses[1], lane, y);
-    upwind<kFactored>(t, kRows * kPitch, second_order, b.misses[2], lane, z);
-    const Lanes s = load(cost), old = load(t), below = load(t - 1), above = load(t + 1);
+    const Lanes s = load(cost), later = kFarLater * s;
+    upwind<kFactored>(t, 1, second_order, later, b.misses[0], lane, x);
+    upwind<kFactored>(t, kPitch, second_order, later, b.misses[1], lane, y);
+    upwind<kFactored>(t, kRows * kPitch, second_order, later, b.misses[2], lane, z);
+    const Lanes old = load(t), below = load(t - 1), above = load(t + 1);
     Lanes value, slope;
     const Upwind along = x;
     solveUpwind(x, y, z, s, value, slope);
