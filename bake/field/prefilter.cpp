@@ -17,6 +17,13 @@
 // diagonal, 1/8 beside it, and at an end 7/8, for what is mirrored there (u[-1] = u[0]). It is solved by elimination
 // forwards and substitution backwards: the two-sided recursive filter whose pole is p = -3 + 2 sqrt(2), with the
 // coefficients near the ends exact. The matrix is diagonally dominant, so single precision is enough.
+//
+// The solution is the stored mean and what crosses its faces: u[i] = e[i] + F[i-1] - F[i], F[i] = (u[i+1] - u[i]) / 8
+// being the light that voxel i hands to i+1. Handed over in that form light is neither made nor lost, whatever share
+// of each F is let through. Where light is so uneven that a voxel would hand on more than it can spare, all that it
+// gives is cut to the same share (flux-corrected transport: Zalesak, J. Comput. Phys. 31, 1979, eqs. 10-13, with a
+// lower bound only: peaks are what the filter is for). Beside darkness the light ends, as it does at the ends of what
+// is needed: the filter would ring there, far into even light.
 
 namespace photic {
 namespace {
@@ -24,6 +31,9 @@ namespace {
 constexpr std::size_t kLeaf = LightField::kLeafVoxels;
 constexpr int kLines = 64;  // lines of voxels side by side in a row of leaves
 constexpr float kSide = 0.125f;
+// A voxel keeps at least this share of the least of itself and its neighbours. With nothing kept the dark side of a
+// coarse caustic goes to 0, with all of it fine caustics are hardly sharpened.
+constexpr float kKept = 0.5f;
 constexpr float kNegligible = 1e-6f;  // of the largest value in a row of leaves
 
 // Copies one channel of a leaf to planes [position along the axis][line], and back.
@@ -117,89 +127,118 @@ struct LeafRow {
 };
 
 struct Scratch {
-    std::vector<float> planes, known, upper;
+    std::vector<float> planes, solved;  // by channel
+    std::vector<float> known, upper, share;
 };
 
-// Position of the first and last needed voxel of a row when every line agrees on one run; false otherwise.
+// First and last needed voxel of a row, from its first leaf's border. False when the frame cuts the row sideways, or
+// voxels of it are not needed.
 bool oneRun(const NeededVoxels& needed, const LeafRow& row, int axis, int& first, int& last) {
     const GridFrame& frame = needed.frame();
-    const int begin = needed.leafOrigin(row.slots.front())[axis];
+    const int begin = needed.leafOrigin(row.slots.front())[axis], count = static_cast<int>(row.slots.size()) * 8;
+    first = std::max(frame.min[axis] - begin, 0), last = std::min(frame.max[axis] - begin, count - 1);
     for (const int slot : row.slots) {
         if (needed.leafFull(slot)) continue;
-        // Cut by the frame across the axis only at its ends, and not at all sideways.
         if (!needed.isEverything()) return false;
         const glm::ivec3 origin = needed.leafOrigin(slot);
         for (int a = 0; a < 3; ++a)
             if (a != axis && (origin[a] < frame.min[a] || origin[a] + 7 > frame.max[a])) return false;
     }
-    first = std::max(frame.min[axis] - begin, 0);
-    last = std::min(frame.max[axis] - begin, static_cast<int>(row.slots.size()) * 8 - 1);
     return true;
 }
 
-// Filters a row of leaves, channel after channel. The planes of a channel stay in `scratch` when some leaf is not
-// Dense, since all channels together decide whether it becomes so.
-void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
-    const NeededVoxels& needed = field.needed();
-    const auto hasState = [&](LeafState state) {
-        return [&field, state](int slot) { return field.state(slot) == state; };
-    };
-    if (std::all_of(row.slots.begin(), row.slots.end(), hasState(LeafState::Empty))) return;
-    const bool dense = std::all_of(row.slots.begin(), row.slots.end(), hasState(LeafState::Dense));
-    const auto leaves = row.slots.size();
+void loadRow(const LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
     const auto channels = static_cast<std::size_t>(field.channels().count());
-    const std::size_t length = leaves * kLeaf;
-    scratch.planes.resize((dense ? 1 : channels) * length);
+    const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
+    scratch.planes.resize(channels * length), scratch.solved.resize(channels * length);
+    for (std::size_t c = 0; c < channels; ++c)
+        for (std::size_t n = 0; n < leaves; ++n) {
+            float* planes = scratch.planes.data() + c * length + n * kLeaf;
+            const int slot = row.slots[n];
+            if (field.state(slot) == LeafState::Dense)
+                loadPlanes(field.dense(slot) + c * kLeaf, axis, planes);
+            else
+                std::fill_n(planes, kLeaf, field.constant(slot)[c]);
+        }
+}
 
-    int first = 0, last = 0;
-    const bool whole = oneRun(needed, row, axis, first, last);
+// Marks the voxels that are needed and hold light: 1, else 0. Returns whether that is every voxel of `first` to `last`.
+bool markLit(const LightField& field, const LeafRow& row, int axis, int first, int last, bool whole, Scratch& scratch) {
+    const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
+    scratch.known.resize(length);
+    std::fill_n(scratch.known.begin(), length, 0.0f);
+    if (whole) std::fill(scratch.known.begin() + first * kLines, scratch.known.begin() + (last + 1) * kLines, 1.0f);
     if (!whole) {
-        scratch.known.resize(length);
         std::array<float, kLeaf> bits;
         for (std::size_t n = 0; n < leaves; ++n) {
-            const auto& mask = needed.mask(row.slots[n]);
+            const auto& mask = field.needed().mask(row.slots[n]);
             for (std::size_t i = 0; i < kLeaf; ++i)
                 bits[i] = NeededVoxels::maskBit(mask, static_cast<int>(i)) ? 1.0f : 0.0f;
             loadPlanes(bits.data(), axis, scratch.known.data() + n * kLeaf);
         }
     }
-    const RunCoefficients run(whole ? last - first + 1 : 0);
-
-    for (std::size_t c = 0; c < channels; ++c) {
-        float* planes = scratch.planes.data() + (dense ? 0 : c * length);
-        for (std::size_t n = 0; n < leaves; ++n) {
-            const int slot = row.slots[n];
-            if (field.state(slot) == LeafState::Dense)
-                loadPlanes(field.dense(slot) + c * kLeaf, axis, planes + n * kLeaf);
-            else
-                std::fill_n(planes + n * kLeaf, kLeaf,
-                            field.state(slot) == LeafState::Constant ? field.constant(slot)[c] : 0.0f);
-        }
-        if (whole) {
-            solveWhole(planes, first, last, run);
-        } else {
-            for (std::size_t i = 0; i < length; ++i) planes[i] *= scratch.known[i];
-            solveMasked(planes, scratch.known.data(), static_cast<int>(leaves) * 8, scratch.upper);
-        }
-        if (dense)
-            for (std::size_t n = 0; n < leaves; ++n)
-                storePlanes(planes + n * kLeaf, axis, field.dense(row.slots[n]) + c * kLeaf);
+    bool all = whole;
+    const auto colours = static_cast<std::size_t>(field.channels().irradiance);
+    for (auto i = static_cast<std::size_t>(first) * kLines; i < (static_cast<std::size_t>(last) + 1) * kLines; ++i) {
+        float light = 0;
+        for (std::size_t c = 0; c < colours; ++c) light += scratch.planes[c * length + i];
+        const float lit = light > 0 ? scratch.known[i] : 0.0f;
+        all = all && lit > 0;
+        scratch.known[i] = lit;
     }
-    if (dense) return;
+    return all;
+}
 
-    // Leaves that had one value keep it unless the filter changed it by something that counts.
+// Light that voxel i hands to the next one, where both are lit.
+inline float handed(const float* u, const float* known, int i, int line) {
+    const float *here = u + i * kLines + line, *lit = known + i * kLines + line;
+    return kSide * (here[kLines] - here[0]) * lit[0] * lit[kLines];
+}
+
+// Lowers the shares of what a channel's voxels hand on to what they can spare.
+// @param share  by face: [i] lies between voxels i and i + 1
+void limitShares(const float* mean, const float* u, const float* known, int first, int last, float* share) {
+    for (int i = first; i <= last; ++i)
+        for (int l = 0; l < kLines; ++l) {
+            const int at = i * kLines + l;
+            float least = mean[at], to_low = 0, to_high = 0;
+            if (i > first) {
+                to_low = std::max(0.0f, -handed(u, known, i - 1, l));
+                if (known[at - kLines] > 0) least = std::min(least, mean[at - kLines]);
+            }
+            if (i < last) {
+                to_high = std::max(0.0f, handed(u, known, i, l));
+                if (known[at + kLines] > 0) least = std::min(least, mean[at + kLines]);
+            }
+            const float asked = to_low + to_high, spare = mean[at] - kKept * std::max(least, 0.0f);
+            if (asked <= spare) continue;
+            const float part = std::max(spare, 0.0f) / asked;
+            if (to_low > 0) share[at - kLines] = std::min(share[at - kLines], part);
+            if (to_high > 0) share[at] = std::min(share[at], part);
+        }
+}
+
+void handOver(float* mean, const float* u, const float* known, int first, int last, const float* share) {
+    for (int i = first; i < last; ++i)
+        for (int l = 0; l < kLines; ++l) {
+            const float moved = share[i * kLines + l] * handed(u, known, i, l);
+            mean[i * kLines + l] -= moved, mean[(i + 1) * kLines + l] += moved;
+        }
+}
+
+// Writes the planes back. Leaves that had one value keep it unless the filter changed it by something that counts.
+void storeRow(LightField& field, const LeafRow& row, int axis, const Scratch& scratch) {
+    const auto channels = static_cast<std::size_t>(field.channels().count());
+    const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
     float largest = 0;
-    for (const float v : scratch.planes) largest = std::max(largest, std::fabs(v));
+    for (std::size_t i = 0; i < channels * length; ++i) largest = std::max(largest, std::fabs(scratch.planes[i]));
     for (std::size_t n = 0; n < leaves; ++n) {
         const int slot = row.slots[n];
-        if (field.state(slot) != LeafState::Dense) {
+        if (field.state(slot) == LeafState::Constant) {
             float change = 0;
             for (std::size_t c = 0; c < channels; ++c) {
-                const float old = field.state(slot) == LeafState::Constant ? field.constant(slot)[c] : 0.0f;
-                const float* planes = scratch.planes.data() + c * length + n * kLeaf;
-                const float* known = whole ? nullptr : scratch.known.data() + n * kLeaf;
-                for (std::size_t i = 0; i < kLeaf; ++i)
-                    if (known == nullptr || known[i] > 0) change = std::max(change, std::fabs(planes[i] - old));
+                const float old = field.constant(slot)[c], *planes = scratch.planes.data() + c * length + n * kLeaf;
+                for (std::size_t i = 0; i < kLeaf; ++i) change = std::max(change, std::fabs(planes[i] - old));
             }
             if (change <= kNegligible * largest) continue;
             field.makeDense(slot);
@@ -209,30 +248,60 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
     }
 }
 
+// Filters a row of leaves, none of them Empty.
+void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
+    const auto channels = static_cast<std::size_t>(field.channels().count()),
+               colours = static_cast<std::size_t>(field.channels().irradiance);
+    const std::size_t length = row.slots.size() * kLeaf;
+    int first = 0, last = 0;
+    const bool one_run = oneRun(field.needed(), row, axis, first, last);
+    if (last <= first) return;
+    loadRow(field, row, axis, scratch);
+    const bool whole = markLit(field, row, axis, first, last, one_run, scratch);
+    const RunCoefficients run(whole ? last - first + 1 : 0);
+    const float* known = scratch.known.data();
+    for (std::size_t c = 0; c < channels; ++c) {
+        const float* mean = scratch.planes.data() + c * length;
+        float* u = scratch.solved.data() + c * length;
+        std::copy_n(mean, length, u);
+        if (whole) {
+            solveWhole(u, first, last, run);
+        } else {
+            for (std::size_t i = 0; i < length; ++i) u[i] *= known[i];
+            solveMasked(u, known, static_cast<int>(row.slots.size()) * 8, scratch.upper);
+        }
+    }
+    scratch.share.resize(length);
+    std::fill_n(scratch.share.begin(), length, 1.0f);
+    for (std::size_t c = 0; c < colours; ++c)
+        limitShares(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, first, last,
+                    scratch.share.data());
+    // The same shares for colours and flux, so that neither tint nor direction changes where light is held back.
+    for (std::size_t c = 0; c < channels; ++c)
+        handOver(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, first, last,
+                 scratch.share.data());
+    storeRow(field, row, axis, scratch);
+}
+
 void filterAxis(LightField& field, int axis) {
     const NeededVoxels& needed = field.needed();
     glm::ivec3 step(0);
     step[axis] = 8;
+    // Rows of leaves that touch. One without light ends a row, as one that is not needed does.
+    const auto litAt = [&](const glm::ivec3& voxel) {
+        const int slot = needed.slotOf(voxel);
+        return slot >= 0 && field.state(slot) != LeafState::Empty ? slot : -1;
+    };
     std::vector<int> starts;
     for (int slot = 0; slot < needed.leafCount(); ++slot)
-        if (needed.slotOf(needed.leafOrigin(slot) - step) < 0) starts.push_back(slot);
+        if (field.state(slot) != LeafState::Empty && litAt(needed.leafOrigin(slot) - step) < 0) starts.push_back(slot);
     parallelFor(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
         thread_local Scratch scratch;
         thread_local LeafRow row;
         row.slots.clear();
-        for (int slot = starts[static_cast<std::size_t>(i)]; slot >= 0;
-             slot = needed.slotOf(needed.leafOrigin(slot) + step))
+        for (int slot = starts[static_cast<std::size_t>(i)]; slot >= 0; slot = litAt(needed.leafOrigin(slot) + step))
             row.slots.push_back(slot);
         filterRow(field, row, axis, scratch);
-    });
-}
-
-void clampIrradiance(LightField& field) {
-    const auto values = static_cast<std::size_t>(field.channels().irradiance);
-    forEachLeaf(field.needed(), [&](int slot) {
-        if (field.state(slot) != LeafState::Dense) return;  // Constant leaves were not changed
-        float* data = field.dense(slot);
-        for (std::size_t i = 0; i < values * kLeaf; ++i) data[i] = std::max(data[i], 0.0f);
     });
 }
 
@@ -240,7 +309,6 @@ void clampIrradiance(LightField& field) {
 
 void prefilterForTrilinear(LightField& field) {
     for (int axis = 2; axis >= 0; --axis) filterAxis(field, axis);
-    clampIrradiance(field);
     restoreFluxBound(field);
 }
 

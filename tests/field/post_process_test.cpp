@@ -131,32 +131,96 @@ TEST(Prefilter, MeansOfTheInterpolantConvergeFaster) {
     for (const double e : filtered) EXPECT_LT(e, 1e-6);  // single precision, at every resolution
 }
 
-TEST(Prefilter, SparseLeavesAndClampedRinging) {
+/// Light in one voxel: it has no lit neighbour to take from, stays as it is, and nothing around it becomes lit.
+TEST(Prefilter, DarknessEndsLight) {
     const auto needed = everything(glm::ivec3(0), glm::ivec3(63));
-    LightField sparse(needed, {1, true}), dense(needed, {1, true});
-    const auto spot = [](const glm::ivec3& v, int c) {
-        return v == glm::ivec3(31, 31, 31) ? (c == 0 ? 100.0f : c == 3 ? -100.0f : 0.0f) : 0.0f;
-    };
-    fill(dense, spot);
-    float* leaf = sparse.makeDense(needed->slotOf({31, 31, 31}));
+    LightField field(needed, {1, true});
+    float* leaf = field.makeDense(needed->slotOf({31, 31, 31}));
     leaf[511] = 100, leaf[3 * 512 + 511] = -100;
-    prefilterForTrilinear(sparse);
-    prefilterForTrilinear(dense);
+    prefilterForTrilinear(field);
     int lit = 0;
-    for (int slot = 0; slot < sparse.leafCount(); ++slot) lit += sparse.state(slot) != LeafState::Empty;
-    EXPECT_GT(lit, 1);
-    EXPECT_LE(lit, 27);
-    double largest = 0;
-    for (int x = 20; x < 44; ++x)
-        for (int y = 20; y < 44; ++y)
-            for (int z = 20; z < 44; ++z) {
-                const glm::ivec3 v(x, y, z);
-                largest = std::max(largest, std::fabs(sparse.irradiance(v) - dense.irradiance(v)));
-                ASSERT_GE(dense.irradiance(v), 0);
-                ASSERT_LE(glm::length(dense.flux(v)), dense.irradiance(v) * (1 + 1e-6));
+    for (int slot = 0; slot < field.leafCount(); ++slot) lit += field.state(slot) != LeafState::Empty;
+    EXPECT_EQ(lit, 1);
+    EXPECT_EQ(field.value({31, 31, 31}, 0), 100);
+    EXPECT_EQ(field.value({31, 31, 31}, 3), -100);
+    EXPECT_EQ(field.value({30, 31, 31}, 0), 0);
+}
+
+/// A slab of even light with darkness on both sides and a step in the middle of one: even light stays even to its end.
+TEST(Prefilter, EvenLightStaysEvenUpToDarkness) {
+    const auto needed = everything({-4, -4, -30}, {20, 12, 9});
+    LightField field(needed, {3, true});
+    const auto light = [](const glm::ivec3& v, int c) {
+        const float values[6] = {1, 2, 0.5f, 0.2f, 0, -1.1f};
+        return v.z > (v.x < 7 ? -17 : -14) && v.z < 3 ? values[c] : 0.0f;
+    };
+    fill(field, light);
+    prefilterForTrilinear(field);
+    for (int x = -4; x <= 20; ++x)
+        for (int y = -4; y <= 12; ++y)
+            for (int z = -30; z <= 9; ++z)
+                for (int c = 0; c < 6; ++c) {
+                    const float expected = light({x, y, z}, c);
+                    ASSERT_NEAR(field.value({x, y, z}, c), expected, 1e-6f) << x << ' ' << y << ' ' << z << ' ' << c;
+                }
+}
+
+/// Spikes, steps and holes of three colours: nothing becomes negative, no colour's sum changes, and no more crosses a
+/// face than the voxel before it could spare.
+TEST(Prefilter, WhatIsHeldBackIsNotLost) {
+    const auto needed = everything({-3, 1, -9}, {44, 33, 21});
+    for (const int colours : {1, 3}) {
+        LightField field(needed, {colours, true}), before(needed, {colours, true});
+        std::mt19937 random(3);
+        std::lognormal_distribution<float> spiky(0, 2);
+        for (int slot = 0; slot < field.leafCount(); ++slot) {
+            float *leaf = field.makeDense(slot), *kept = before.makeDense(slot);
+            for (int i = 0; i < 512; ++i) {
+                const bool dark = random() % 5 == 0;
+                for (int c = 0; c < colours; ++c) leaf[c * 512 + i] = dark ? 0 : spiky(random);
+                for (int c = 0; c < 3; ++c) leaf[(colours + c) * 512 + i] = 0.5f * leaf[i];
             }
-    EXPECT_LT(largest, 1e-3);
-    EXPECT_GT(dense.irradiance({31, 31, 31}), 200);
+            std::copy_n(leaf, 512 * field.channels().count(), kept);
+        }
+        prefilterForTrilinear(field);
+        for (int c = 0; c < colours; ++c) EXPECT_NEAR(field.sum(c) / before.sum(c), 1, 1e-6) << c;
+        double moved = 0;
+        for (int x = -3; x <= 44; ++x)
+            for (int y = 1; y <= 33; ++y)
+                for (int z = -9; z <= 21; ++z) {
+                    const glm::ivec3 v(x, y, z);
+                    for (int c = 0; c < colours; ++c) {
+                        ASSERT_GE(field.value(v, c), 0) << x << ' ' << y << ' ' << z;
+                        if (before.value(v, c) == 0) {
+                            ASSERT_EQ(field.value(v, c), 0);
+                        }
+                        moved += std::fabs(double(field.value(v, c) - before.value(v, c)));
+                    }
+                    ASSERT_LE(glm::length(field.flux(v)), field.irradiance(v) * (1 + 1e-6));
+                }
+        EXPECT_GT(moved, 0.1 * before.sum(0)) << "nothing was sharpened";
+    }
+}
+
+/// A line of voxels: what crosses a face is at most an eighth of twice the largest value, so light stays near by.
+TEST(Prefilter, LightStaysNearBy) {
+    const auto needed = everything({0, 0, 0}, {0, 0, 99});
+    LightField field(needed, {1, false});
+    std::mt19937 random(11);
+    std::vector<double> values;
+    for (int z = 0; z < 100; ++z) values.push_back(z % 17 == 3 ? 50 : 1 + (random() % 100) * 0.01);
+    for (int z = 0; z < 100; ++z)
+        field.makeDense(needed->slotOf({0, 0, z}))[NeededVoxels::offsetInLeaf({0, 0, z})] =
+            static_cast<float>(values[static_cast<std::size_t>(z)]);
+    prefilterForTrilinear(field);
+    double gap = 0, worst = 0;
+    for (int z = 0; z < 100; ++z) {
+        const double after = double(field.value({0, 0, z}, 0));
+        EXPECT_GE(after, 0.5 - 1e-6);  // half of the least around it
+        gap += after - values[static_cast<std::size_t>(z)], worst = std::max(worst, std::fabs(gap));
+    }
+    EXPECT_NEAR(gap, 0, 1e-3);
+    EXPECT_LT(worst, 2);  // of spikes of 50 between voxels of 1 to 2
 }
 
 TEST(Prefilter, IsTheSameForAnyNumberOfThreads) {
