@@ -18,13 +18,7 @@ struct PhoticRay {
 #define PHOTIC_STEPS 32
 #endif
 
-/// Henyey-Greenstein phase function [1/sr].
-/// @param cosine  between the directions of travel before and after
-float photicPhase(float cosine, float g) {
-    // 1 + g^2 - 2 g cos, written so that it does not cancel for strongly forward scattering.
-    float base = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cosine);
-    return (1.0 - g * g) / (12.566370614 * base * sqrt(base));
-}
+#include "photic_phase.glsl"
 
 /// (1 - exp(-x)) / x, also near 0.
 vec3 photicMeanTransmittance(vec3 x) {

@@ -4,7 +4,15 @@
 #define PHOTIC_BINDING_LIGHT 0    // three texture units,
 #define PHOTIC_BINDING_COLOUR 1
 #define PHOTIC_BINDING_PAGES 2
-#define PHOTIC_BINDING_BUFFER 0   // a uniform buffer and, with PHOTIC_LIGHT_IN_BUFFER, a storage buffer
+#define PHOTIC_BINDING_BUFFER 0   // a uniform buffer
+#define PHOTIC_BINDING_BRICKS 0   // and, with PHOTIC_LIGHT_IN_BUFFER, a storage buffer
+#endif
+// For Vulkan, where all of them are of one number space, PHOTIC_SET is the descriptor set.
+#undef PHOTIC_AT
+#ifdef PHOTIC_SET
+#define PHOTIC_AT(number) set = PHOTIC_SET, binding = number
+#else
+#define PHOTIC_AT(number) binding = number
 #endif
 // PHOTIC_LAYOUT: 1 atlas, 2 dense; not defined: as the parameters say.
 // PHOTIC_COLOURED, PHOTIC_REPEATS: 0 or 1 where that is known, which saves a test or work; not defined: as the parameters say.
@@ -21,44 +29,49 @@ struct PhoticLight {
 };
 #endif
 
-layout(std140, binding = PHOTIC_BINDING_BUFFER) uniform photic_parameters {
+layout(std140, PHOTIC_AT(PHOTIC_BINDING_BUFFER)) uniform photic_parameters {
     vec4 photic_row_x;       // local = dot(row.xyz, world - centre) + row.w, in voxels; voxel centres are whole numbers
     vec4 photic_row_y;
     vec4 photic_row_z;
-    vec4 photic_centre;      // xyz [m]; w: W/m2 of a stored 1
-    ivec4 photic_offset;     // cell = floor(local) + offset, counted from the first page's first; w: layout
-    ivec4 photic_cell_min;   // cells that may be lit, both inside; w: 1 when coloured
-    ivec4 photic_cell_max;   // w: 1 when there are directions
-    ivec4 photic_period;     // cells after which the light repeats, 0: it does not; w: 1 when it does along any axis
-    ivec4 photic_dense_min;  // cell that the dense texture's first texel stands for
-    vec4 photic_texel;       // 1 / size of the texture
-    vec4 photic_lit_min;     // local box outside of which all is dark; unbounded where the light repeats
+    vec3 photic_centre;      // [m]
+    float photic_unit;       // W/m2 of a stored 1
+    ivec3 photic_offset;     // cell = floor(local) + offset, counted from the first page's first
+    int photic_layout;       // 1 atlas, 2 dense
+    ivec3 photic_cell_min;   // cells that may be lit, both inside
+    int photic_coloured;     // 1 when there are colours
+    ivec3 photic_cell_max;
+    int photic_directed;     // 1 when there are directions
+    ivec3 photic_period;     // cells after which the light repeats, 0: it does not
+    int photic_repeats;      // 1 when it does along any axis
+    ivec4 photic_dense_min;  // xyz: cell that the dense texture's first texel stands for
+    vec4 photic_texel;       // xyz: 1 / size of the texture
+    vec4 photic_lit_min;     // xyz: local box outside of which all is dark; unbounded where the light repeats
     vec4 photic_lit_max;
 };
 
-layout(binding = PHOTIC_BINDING_PAGES) uniform highp usampler3D photic_pages;
+layout(PHOTIC_AT(PHOTIC_BINDING_PAGES)) uniform highp usampler3D photic_pages;
 #ifdef PHOTIC_LIGHT_IN_BUFFER
-layout(std430, binding = PHOTIC_BINDING_BUFFER) readonly buffer photic_bricks {
+layout(std430, PHOTIC_AT(PHOTIC_BINDING_BRICKS)) readonly buffer photic_bricks {
     uint photic_words[];  // per voxel 2 words of two halves: flux.xyz, mean; coloured: 4, then r, g, b, unused
 };
 #else
-layout(binding = PHOTIC_BINDING_LIGHT) uniform highp sampler3D photic_light;
-layout(binding = PHOTIC_BINDING_COLOUR) uniform highp sampler3D photic_rgb;
+layout(PHOTIC_AT(PHOTIC_BINDING_LIGHT)) uniform highp sampler3D photic_light;
+layout(PHOTIC_AT(PHOTIC_BINDING_COLOUR)) uniform highp sampler3D photic_rgb;
 #endif
 #ifndef PHOTIC_LAYOUT
-#define PHOTIC_LAYOUT photic_offset.w
+#define PHOTIC_LAYOUT photic_layout
 #endif
 
 #ifndef PHOTIC_COLOURED
-#define PHOTIC_COLOURED photic_cell_min.w
+#define PHOTIC_COLOURED photic_coloured
 #endif
 #ifndef PHOTIC_REPEATS
-#define PHOTIC_REPEATS photic_period.w
+#define PHOTIC_REPEATS photic_repeats
 #endif
 
 /// Position in voxels, near 0 in the volume's middle, so that float has bits left for the fraction.
 vec3 photicLocal(vec3 world) {
-    vec3 p = world - photic_centre.xyz;
+    vec3 p = world - photic_centre;
     return vec3(dot(photic_row_x.xyz, p) + photic_row_x.w, dot(photic_row_y.xyz, p) + photic_row_y.w,
                 dot(photic_row_z.xyz, p) + photic_row_z.w);
 }
@@ -84,13 +97,13 @@ bool photicCell(vec3 local, out ivec3 cell, out vec3 fraction) {
     if (!all(lessThan(abs(local), vec3(4e6)))) return false;
     vec3 low = floor(local);
     fraction = local - low;
-    cell = ivec3(low) + photic_offset.xyz;
+    cell = ivec3(low) + photic_offset;
     if (PHOTIC_REPEATS != 0) {
         cell = ivec3(photicWrap(cell.x, photic_cell_min.x, photic_period.x),
                      photicWrap(cell.y, photic_cell_min.y, photic_period.y),
                      photicWrap(cell.z, photic_cell_min.z, photic_period.z));
     }
-    return all(greaterThanEqual(cell, photic_cell_min.xyz)) && all(lessThanEqual(cell, photic_cell_max.xyz));
+    return all(greaterThanEqual(cell, photic_cell_min)) && all(lessThanEqual(cell, photic_cell_max));
 }
 
 /// Entry of the page of a cell: the brick in the low 24 bits (for the atlas its place, a byte an axis); where that is 0,
@@ -158,9 +171,9 @@ PhoticLight photicSampleLocal(vec3 local) {
     colour = coloured ? textureLod(photic_rgb, uvw, 0.0) : vec4(v.w);
 #endif
 #endif
-    light.flux = v.xyz * photic_centre.w;
-    light.mean = v.w * photic_centre.w;
-    light.irradiance = colour.xyz * photic_centre.w;
+    light.flux = v.xyz * photic_unit;
+    light.mean = v.w * photic_unit;
+    light.irradiance = colour.xyz * photic_unit;
     return light;
 }
 
@@ -169,11 +182,11 @@ PhoticLight photicSampleLocal(vec3 local) {
 PhoticLight photicSample(vec3 world) { return photicSampleLocal(photicLocal(world)); }
 
 /// What a surface gets: E_c = irradiance_c * max(0, -normal . flux) / mean [W/m2] per channel.
-/// @param normal  unit, world, away from the surface
+/// @param normal  world, away from the surface; need not be unit
 vec3 photicIrradiance(vec3 world, vec3 normal) {
     PhoticLight light = photicSample(world);
-    if (photic_cell_max.w == 0) return light.irradiance;
-    float towards = max(0.0, -dot(normal, light.flux));
+    if (photic_directed == 0) return light.irradiance;
+    float towards = max(0.0, -dot(normal, light.flux)) * inversesqrt(max(dot(normal, normal), 1e-30));
     return light.mean > 0.0 ? light.irradiance * (towards / light.mean) : vec3(0.0);
 }
 

@@ -4,6 +4,7 @@
 #include "photic_water.glsl"
 #include "g_buffer.glsl"
 #include "photic_warped_volume.glsl"
+#include "photic_phase.glsl"
 
 uniform vec4 photic_target;      // x, y: lower left pixel; width, height; stands for the whole G-buffer
 uniform int photic_has_albedo;   // 0: albedo 1
@@ -34,11 +35,6 @@ vec4 photicVolumeLight(vec3 position, out float along) {
     along = depth * length(ray);
     // Power over the caustic triangle's area is irradiance on the plane of the triangle, where the ray has cosine 1 / |ray|.
     return vec4(normalize(photicToWorld(ray)), photic_power / (0.5 * abs(total)) * length(ray));
-}
-
-float photicPhase(float cosine, float g) {
-    float k = max(1e-6, 1.0 + g * g - 2.0 * g * cosine);
-    return (1.0 - g * g) / (4.0 * 3.14159265 * k * sqrt(k));
 }
 
 // Single scattering where the line of sight passes through the volume [eq. of section 3.5]: the three rays are cut by a

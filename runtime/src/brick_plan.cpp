@@ -164,8 +164,7 @@ void fillBox(const VolumeData& data, const Int3& min, const Int3& size, Half4* l
                     run = std::min(run, data.lit_min[0] + data.period[0] - vx);
                 const std::size_t brick = data.page(vx >> 3, vy >> 3, vz >> 3);
                 const std::size_t slot = brick * VolumeData::kVoxels + row + static_cast<std::size_t>(vx & 7);
-                std::copy_n(data.light.data() + slot, run, light);
-                light += run;
+                if (light) light = std::copy_n(data.light.data() + slot, run, light);
                 for (int i = 0; rgb && i < run; ++i, ++rgb) {
                     const auto& colour = data.rgb[slot + static_cast<std::size_t>(i)];
                     *rgb = {colour[0], colour[1], colour[2], 0};

@@ -42,7 +42,7 @@ void fillBrick(const VolumeData& data, const Int3& page, Half4* light, Half4* rg
 
 enum class Repeats { Followed, Ignored };
 
-/// One box of voxels, x fastest.
+/// One box of voxels, x fastest; of what is null nothing is written.
 void fillBox(const VolumeData& data, const Int3& min, const Int3& size, Half4* light, Half4* rgb,
              Repeats repeats = Repeats::Followed);
 

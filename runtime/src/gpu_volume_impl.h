@@ -3,16 +3,9 @@
 
 #include "photic/runtime_gl.h"
 #include "runtime/src/gl_functions.h"
+#include "runtime/src/volume_layout.h"
 
 namespace photic::runtime {
-
-/// The uniform block photic_parameters of photic_volume.glsl, by std140: rows of 16 bytes.
-struct VolumeParameters {
-    float row_x[4], row_y[4], row_z[4], centre[4];
-    std::int32_t offset[4], cell_min[4], cell_max[4], period[4], dense_min[4];
-    float texel[4], lit_min[4], lit_max[4];
-};
-static_assert(sizeof(VolumeParameters) == 12 * 16);
 
 struct GpuVolume::Impl {
     explicit Impl(const GpuContext& of) : context(of) {}

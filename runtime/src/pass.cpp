@@ -38,8 +38,8 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, std::vector<Define> d
             break;
     }
     const VolumeParameters& parameters = volume.impl().parameters;
-    defines.push_back({"PHOTIC_COLOURED", parameters.cell_min[3] != 0 ? "1" : "0"});
-    defines.push_back({"PHOTIC_REPEATS", parameters.period[3] != 0 ? "1" : "0"});
+    defines.push_back({"PHOTIC_COLOURED", parameters.coloured != 0 ? "1" : "0"});
+    defines.push_back({"PHOTIC_REPEATS", parameters.repeats != 0 ? "1" : "0"});
     if (volume.impl().filter == Filter::Exact) defines.push_back({"PHOTIC_EXACT", "1"});
     return program(defines);
 }

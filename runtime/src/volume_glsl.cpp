@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cctype>
 
-#include "photic/runtime_gl.h"
+#include "photic/volume_bytes.h"
 #include "runtime/src/guarded.h"
 #include "runtime/src/shader_source.h"
 
@@ -34,10 +34,15 @@ std::string volumeGlsl(const GlslOptions& options) {
         out += std::string("#undef ") + name + "\n" +
                (value.empty() ? "" : std::string("#define ") + name + " " + value + "\n");
     };
-    define("PHOTIC_BINDING_LIGHT", std::to_string(options.first_texture));
-    define("PHOTIC_BINDING_COLOUR", std::to_string(options.first_texture + 1));
-    define("PHOTIC_BINDING_PAGES", std::to_string(options.first_texture + 2));
-    define("PHOTIC_BINDING_BUFFER", std::to_string(options.first_buffer));
+    const unsigned texture = options.first_texture, buffer = options.first_buffer;
+    const VulkanBindings at =
+        options.vulkan.value_or(VulkanBindings{0, texture, texture + 1, texture + 2, buffer, buffer});
+    define("PHOTIC_SET", options.vulkan ? std::to_string(at.set) : "");
+    define("PHOTIC_BINDING_LIGHT", std::to_string(at.light));
+    define("PHOTIC_BINDING_COLOUR", std::to_string(at.colour));
+    define("PHOTIC_BINDING_PAGES", std::to_string(at.pages));
+    define("PHOTIC_BINDING_BUFFER", std::to_string(at.parameters));
+    define("PHOTIC_BINDING_BRICKS", std::to_string(at.bricks));
     define("PHOTIC_LAYOUT", options.layout == Layout::Atlas ? "1" : options.layout == Layout::Dense ? "2" : "");
     const auto choice = [](Known known) { return known == Known::No ? "0" : known == Known::Yes ? "1" : ""; };
     define("PHOTIC_COLOURED", choice(options.coloured));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounding prisms of warped caustic volumes, drawn over a scene (Ernst et al. 2005).
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,9 @@ Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_f
     Impl& w = *impl_;
     const GlFunctions& gl = w.gl;
     if (o.step < 1) return Error{ErrorCode::Usage, "step is " + std::to_string(o.step) + "; it must be 1 or more"};
+    if (!(std::fabs(o.anisotropy) < 1)) {
+        return Error{ErrorCode::Usage, "anisotropy " + std::to_string(o.anisotropy) + " is not between -1 and 1"};
+    }
     if (!surfaces.depth || !surfaces.normals || !clip_from_world) {
         return Error{ErrorCode::Usage, "the G-buffer lacks depth or normals, or the view its matrix"};
     }

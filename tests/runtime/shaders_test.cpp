@@ -44,10 +44,11 @@ protected:
     }
     void TearDown() override { std::filesystem::remove(file_); }
 
-    void expectCompiles(const std::string& text, const std::string& stage, const std::string& what) {
+    void expectCompiles(const std::string& text, const std::string& stage, const std::string& what,
+                        const std::string& options = {}) {
         int status = 0;
         std::ofstream(file_) << text;
-        const std::string log = outputOf("glslangValidator -S " + stage + " " + file_.string(), status);
+        const std::string log = outputOf("glslangValidator -S " + stage + " " + options + " " + file_.string(), status);
         EXPECT_EQ(status, 0) << what << ":\n" << log;
     }
 
@@ -109,6 +110,46 @@ TEST_F(Shaders, GamesShadersCompileWithTwoVolumes) {
             }
         }
     }
+}
+
+// As SPIR-V for Vulkan, with two volumes in two descriptor sets.
+TEST_F(Shaders, GamesShadersCompileForVulkan) {
+    for (const Layout layout : {Layout::Automatic, Layout::Atlas, Layout::Dense, Layout::Buffer}) {
+        for (const Filter filter : {Filter::Hardware, Filter::Exact}) {
+            GlslOptions sun, lamp;
+            sun.layout = lamp.layout = layout;
+            sun.filter = lamp.filter = filter;
+            sun.vulkan.emplace();
+            lamp.prefix = "lamp";
+            lamp.vulkan = VulkanBindings{1, 10, 11, 12, 13, 14};
+            const std::string text = "#version 450\n" + volumeGlsl(sun) + volumeGlsl(lamp) + R"(
+                layout(location = 0) in vec3 world;
+                layout(location = 1) in vec3 normal;
+                layout(location = 0) out vec4 color;
+                void main() {
+                    PhoticMedium medium = PhoticMedium(vec3(0.1), vec3(0.2), 0.8);
+                    PhoticRay ray = PhoticRay(world, normalize(normal));
+                    vec3 light = photicIrradiance(world, normal) + lampIrradiance(world, normal);
+                    light += photicInscatter(ray, 3.0, medium) + lampInscatter(ray, 3.0, medium, 16, 0.5, true);
+                    color = vec4(light + photicSample(world).flux * lampEmpty(world, normal), 1.0);
+                })";
+            expectCompiles(text, "frag", "two volumes for Vulkan", "-V -o " + file_.string() + ".spv");
+        }
+    }
+    // The bindings are those that were asked for.
+    GlslOptions lamp;
+    lamp.vulkan = VulkanBindings{1, 10, 11, 12, 13, 14};
+    std::ofstream(file_) << "#version 450\n"
+                         << volumeGlsl(lamp) << "layout(location = 0) out vec4 c;\n"
+                         << "void main() { c = vec4(photicIrradiance(vec3(1.0), vec3(0.0, 0.0, 1.0)), 1.0); }\n";
+    int status = 0;
+    const std::string listing =
+        outputOf("glslangValidator -S frag -V -H -o " + file_.string() + ".spv " + file_.string(), status);
+    EXPECT_EQ(status, 0) << listing;
+    for (const char* line :
+         {"photic_light) Binding 10", "photic_light) DescriptorSet 1", "photic_pages) Binding 12", "Binding 13"})
+        EXPECT_NE(listing.find(line), std::string::npos) << line;
+    std::filesystem::remove(file_.string() + ".spv");
 }
 
 TEST_F(Shaders, TheCheckFails) {

@@ -22,6 +22,7 @@
 #include "photic/result.h"
 #include "photic/runtime.h"
 #include "photic/sequence.h"
+#include "photic/volume_bytes.h"
 
 namespace photic::runtime {
 
@@ -38,42 +39,6 @@ public:
 private:
     explicit GpuContext(std::shared_ptr<const GlFunctions> gl) : gl_(std::move(gl)) {}
     std::shared_ptr<const GlFunctions> gl_;
-};
-
-/// How a volume lies in GPU memory.
-enum class Layout {
-    Automatic,  ///< Dense where more than 70 % of the box's blocks have light, otherwise Atlas; Buffer when no texture
-                ///< fits
-    Atlas,      ///< a 3D texture of bricks and a table of pages
-    Dense,      ///< one 3D texture of the whole box
-    Buffer      ///< the bricks in a shader storage buffer: for 3D textures that are too small; always exact
-};
-
-enum class Filter {
-    Hardware,  ///< one read; GPUs round weights to 1/256, which shows on spikes
-    Exact      ///< eight reads, weighted in float
-};
-
-enum class WhenTooLarge {
-    Coarsen,  ///< double the voxels until it fits
-    Refuse
-};
-
-struct UploadOptions {
-    Layout layout = Layout::Automatic;
-    Filter filter = Filter::Hardware;
-    std::uint64_t budget = std::uint64_t{512} << 20;  ///< of GPU memory, for this volume [bytes]
-    WhenTooLarge when_too_large = WhenTooLarge::Coarsen;
-    int largest_texture_3d = 0;               ///< [texels a side]; 0: what GL says
-    std::uint64_t largest_storage_block = 0;  ///< [bytes]; 0: what GL says
-};
-
-struct UploadInfo {
-    Layout layout = Layout::Automatic;
-    std::uint64_t bytes = 0;   ///< of GPU memory
-    std::uint32_t bricks = 0;  ///< that hold light; 0 when dense
-    double fill = 0;           ///< part of the box's blocks of 8^3 that have light
-    int coarsened = 0;         ///< how often the voxels were doubled
 };
 
 /// A light volume on the GPU.
@@ -107,25 +72,6 @@ private:
     explicit GpuVolume(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };
-
-/// What a shader may take for granted of all volumes that are bound to it: saves tests.
-enum class Known { Neither, No, Yes };
-
-/// What volumeGlsl() is made for.
-struct GlslOptions {
-    std::string prefix = "photic";  ///< of every name, so that several volumes fit one shader: pondSample() ...
-    unsigned first_texture = 0;     ///< as in GpuVolume::bind
-    unsigned first_buffer = 0;
-    /// Automatic: Atlas or Dense, whichever is bound. Buffer needs a shader of its own.
-    Layout layout = Layout::Automatic;
-    Filter filter = Filter::Hardware;
-    Known coloured = Known::Neither;
-    Known repeats = Known::Neither;  ///< along any axis
-};
-
-/// GLSL for a game's own shader, to be put behind its #version: photicSample(), photicIrradiance(), photicInscatter(),
-/// photicEmpty() and what they need (runtime/shaders/photic_volume.glsl, photic_medium.glsl).
-std::string volumeGlsl(const GlslOptions& options = {});
 
 enum class NormalEncoding {
     Signed,   ///< the texture holds -1 to 1
@@ -264,7 +210,9 @@ struct MediumOptions {
     float scale = 1;  ///< factor on the scattered light
 };
 
-/// The medium that volumes were baked with (its coefficients are in their metadata).
+/// The medium that volumes were baked with, as their metadata say: its coefficients, below its surface. Of a Volume's
+/// own metadata the surface is always known; set `surface` where the medium fills something else than the water below a
+/// level.
 MediumOptions mediumOf(const Metadata& metadata);
 
 /// Dims what a G-buffer shows by a medium in front of it and adds the light that the medium scatters once towards the

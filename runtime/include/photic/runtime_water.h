@@ -81,7 +81,7 @@ struct WarpedVolumesOptions {
     float bottom = -1;                ///< z [m] that the volumes reach down to: below every receiver
     int step = 1;                     ///< samples of the heights from one corner of a volume to the next
     float scattering[3] = {0, 0, 0};  ///< of the water [1/m]; 0: light on receivers only
-    float anisotropy = 0;             ///< Henyey-Greenstein g
+    float anisotropy = 0;             ///< Henyey-Greenstein g, -1 to 1, both excluded
 };
 
 /// Water under a sun. ReceiverPass::drawLit (photic/runtime_gl.h) lights receivers with it.
