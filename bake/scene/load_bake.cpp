@@ -1,34 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
 #include "bake/scene/load_parts.h"
 #include "bake/scene/load_toml.h"
+#include "bake/scene/setting_names.h"
 
 namespace photic {
 namespace {
 
-const std::vector<std::string> kGridNames{"irradiance", "direction", "caustic", "arrival_time", "density"};
-
 GridSet loadGrids(const TableReader& table) {
-    GridSet grids;
-    const ConfigValue* value = table.find("grids");
-    if (!value) return grids;
-    grids = {false, false, false, false, false};
-    bool* const members[] = {&grids.irradiance, &grids.direction, &grids.caustic, &grids.arrival_time, &grids.density};
+    if (!table.find("grids")) return {};
+    GridSet grids = kNoGrids;
     const std::vector<std::string> names = *table.texts("grids");
     if (names.empty()) table.fail("grids", "'grids' is empty; ask for at least \"irradiance\"");
     for (const std::string& name : names) {
-        const auto found = std::find(kGridNames.begin(), kGridNames.end(), name);
-        if (found == kGridNames.end()) {
-            const std::string near = nearestName(name, kGridNames);
-            table.fail("grids",
-                       fmt::format("unknown grid \"{}\"; {}", name,
-                                   near.empty() ? "known: irradiance, direction, caustic, arrival_time, density"
-                                                : fmt::format("did you mean \"{}\"?", near)));
-        }
-        *members[found - kGridNames.begin()] = true;
+        if (wantGrid(grids, name)) continue;
+        const std::string near = nearestName(name, gridNames());
+        table.fail("grids", fmt::format("unknown grid \"{}\"; {}", name,
+                                        near.empty() ? fmt::format("known: {}", fmt::join(gridNames(), ", "))
+                                                     : fmt::format("did you mean \"{}\"?", near)));
     }
     if (grids.direction && !grids.irradiance)
         table.fail("grids", "\"direction\" is weighted by \"irradiance\" and useless without it; ask for both");
@@ -79,9 +72,9 @@ BakeSettings loadBake(const ConfigValue& value) {
 
     bake.method = table.text("method").value_or(bake.method);
     bake.grids = loadGrids(table);
-    bake.where = static_cast<Where>(table.choice("where", {"everywhere", "receivers", "media"}).value_or(0));
+    bake.where = static_cast<Where>(table.choice("where", kWhereNames).value_or(0));
     bake.band = static_cast<int>(table.integer("band", 0, 1024).value_or(bake.band));
-    bake.paths = static_cast<Paths>(table.choice("paths", {"caustic", "all"}).value_or(0));
+    bake.paths = static_cast<Paths>(table.choice("paths", kPathsNames).value_or(0));
     bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 4).value_or(bake.quadrature));
     if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);

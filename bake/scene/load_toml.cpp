@@ -9,6 +9,7 @@
 #include <map>
 
 #include "bake/image/atomic_file.h"
+#include "bake/scene/config_meaning.h"
 #include "bake/scene/load_parts.h"
 
 namespace photic {
@@ -119,7 +120,10 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     Scene scene;
     scene.file = name, scene.frame = frame;
     LoadContext context{name, directory, frame, table.number("frame_rate", positive("1/s")).value_or(24), monitor};
-    context.hashBytes(text);
+    // What a bake uses of [bake] is hashed with its settings: another method's options change nothing.
+    ConfigValue meant = root;
+    std::erase_if(meant.entries, [](const ConfigEntry& entry) { return entry.key == "bake"; });
+    context.hashBytes(meaningOf(meant));
 
     const DomainRequest domain = loadDomain(table.find("domain"), name);
     const auto lights = tablesOf(table.find("light"), "light");

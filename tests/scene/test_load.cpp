@@ -229,10 +229,22 @@ TEST_F(SceneTest, HashFollowsEveryFile) {
     EXPECT_EQ(load(text, 5).hash, before);
     write("a.obj", "v 0 0 -1\nv 1 0 -1\nv 0 1 -1.5\nf 1 2 3\n");
     EXPECT_NE(load(text).hash, before);
-    text.head = "photic = 1 # changed\n";
-    const std::uint64_t changed = load(text).hash;
-    text.head = "photic = 1\n";
-    EXPECT_NE(load(text).hash, changed);
+}
+
+TEST_F(SceneTest, HashIsOfWhatTheFileMeans) {
+    const auto hash = [&](const std::string& head, const std::string& rest) {
+        SceneText text;
+        text.head = head, text.rest = rest;
+        return load(text).hash;
+    };
+    const std::string head = "photic = 1\n";
+    const std::uint64_t before = hash(head, "[medium]\nabsorption = 1\nscattering = 2\n");
+    EXPECT_EQ(hash("photic = 1 # a comment\r\n", "[medium]\r\nscattering   = 2.0\r\nabsorption = 1e0\r\n"), before);
+    EXPECT_EQ(hash(head, "[medium]\nabsorption = 1\nscattering = 2\n[bake]\nband = 3\n"), before)
+        << "what is used of [bake] is hashed with the settings of the bake";
+    EXPECT_NE(hash(head, "[medium]\nabsorption = 1\nscattering = 2.5\n"), before);
+    EXPECT_NE(hash(head, "[medium]\nabsorption = 2\nscattering = 1\n"), before);
+    EXPECT_NE(hash(head, "[medium]\nabsorption = 1\nscattering = 2\nanisotropy = 0.5\n"), before);
 }
 
 TEST_F(SceneTest, LoadsFromAPathAndLooksBesideIt) {
