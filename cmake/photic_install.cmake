@@ -17,7 +17,7 @@ if(TARGET photic)
 endif()
 
 # Headers keep their rooms: include/photic/bake/scene/scene.h is included as "bake/scene/scene.h".
-install(DIRECTORY bake DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE)
+install(DIRECTORY bake DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic FILES_MATCHING PATTERN "*.h" PATTERN cli EXCLUDE PATTERN libraries EXCLUDE)
 install(DIRECTORY runtime/format DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic/runtime FILES_MATCHING PATTERN "*.h")
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

@@ -6,16 +6,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "bake/libraries/toml.h"
 #include "bake/report/error.h"
-
-#define TOML_EXCEPTIONS 1
-// toml++ 3.3 assumes that a key starts with a key's character before it has looked: on malformed files its assertion
-// would end the program, and without assertions the assumption is undefined. Its parser reports the character by
-// itself.
-#include <toml++/impl/preprocessor.h>
-#undef TOML_ASSERT_ASSUME
-#define TOML_ASSERT_ASSUME(expr) static_cast<void>(0)
-#include <toml++/toml.h>
 
 namespace photic {
 namespace {

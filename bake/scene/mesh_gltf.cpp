@@ -10,21 +10,12 @@
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "bake/image/atomic_file.h"
+#include "bake/libraries/tiny_gltf.h"
 #include "bake/report/error.h"
 #include "bake/scene/mesh_file.h"
-
-// Geometry only: images are neither decoded nor looked for, and files are opened by our own callbacks.
-#define TINYGLTF_IMPLEMENTATION
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_INCLUDE_JSON
-#define TINYGLTF_NO_FS
-#include <tiny_gltf.h>
 
 namespace photic {
 namespace {
@@ -240,7 +231,7 @@ RawMesh readGltf(const std::string& bytes, const std::string& path, const UseByt
                     fmt::format("'{}' has {} bytes; a glTF may have up to 4 GiB", path, bytes.size()));
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(ignoreImage, nullptr);
-    loader.SetFsCallbacks({fileExists, samePath, readWholeFile, nullptr, const_cast<UseBytes*>(&use_bytes)});
+    gltf::useFiles(loader, {fileExists, samePath, readWholeFile, const_cast<UseBytes*>(&use_bytes)});
     tinygltf::Model model;
     std::string error, warning;
     bool ok = false;

@@ -4,9 +4,6 @@
 // After GL's functions.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
-#include <imgui/backends/imgui_impl_glfw.h>
-#include <imgui/backends/imgui_impl_opengl3.h>
-#include <imgui/imgui.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +11,7 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
+#include "runtime/viewer/imgui_headers.h"
 #include "runtime/viewer/show.h"
 
 namespace photic::viewer {
@@ -163,7 +161,7 @@ void openWindow(const Options& options) {
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
         followMouse(show.picture, show.stage());
-        if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) playing = !playing;
+        if (ImGui::IsKeyPressed(ImGuiKey_Space, false)) playing = !playing;
         int wanted = panel(show.picture, show, options, **renderer, playing);
         if (playing) wanted = wanted >= options.last_frame ? options.first_frame : wanted + 1;
         show.setFrame(wanted);

@@ -8,6 +8,7 @@
 #include <nanovdb/util/NanoToOpenVDB.h>
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>

@@ -5,6 +5,8 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 
+#include <algorithm>
+
 #include "bake/file/vdb.h"
 #include "bake/report/error.h"
 #include "runtime/format/light_volume_format.h"

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::set<std::string> kEveryRoomMayUse = {"report", "threads"};
+const std::set<std::string> kEveryRoomMayUse = {"report", "threads", "libraries"};
 
 std::vector<std::string> linesOf(const fs::path& file) {
     std::ifstream in(file);
@@ -67,13 +67,14 @@ std::string refusal(const std::string& from, const std::string& to) {
     if (kEveryRoomMayUse.count(to) && from != "report" && from != "runtime") return {};
     if (row->second.count(to)) return {};
     return "room '" + from + "' may not use '" + to + "'; it may use " + listOf(row->second) +
-           (from == "report" ? "" : " (and report, threads)");
+           (from == "report" ? "" : " (and report, threads, libraries)");
 }
 
 }  // namespace
 
 const Arrows& arrows() {
     static const Arrows table = {
+        {"libraries", {}},  // headers of others whose versions differ
         {"report", {}},
         {"threads", {}},
         {"format", {}},
@@ -106,7 +107,7 @@ std::vector<fs::path> sourceFiles(const fs::path& root) {
         const bool hidden = name.front() == '.' && name != ".ci";
         if (it->is_directory() && (skipped.count(name) || hidden)) {
             it.disable_recursion_pending();
-        } else if (it->is_regular_file()) {
+        } else if (it->is_regular_file() && name != ".git") {  // of a worktree: where its repository is
             files.push_back(fs::relative(it->path(), root));
         }
     }
@@ -171,6 +172,22 @@ std::vector<std::string> filesIncludingOpenVdb(const fs::path& root) {
         }
     }
     return files;
+}
+
+std::vector<Breach> versionedHeaders(const fs::path& root) {
+    static const std::regex include(R"(^\s*#\s*include\s*[<"](toml\+\+/|tiny_gltf|imgui/).*)");
+    std::vector<Breach> breaches;
+    for (const auto& file : sourceFiles(root)) {
+        const std::string name = file.generic_string();
+        if (!isCpp(file) || roomOf(name) == "libraries" || file.filename() == "imgui_headers.h") continue;
+        const auto lines = linesOf(root / file);
+        for (std::size_t i = 0; i < lines.size(); ++i) {
+            if (!std::regex_match(lines[i], include)) continue;
+            breaches.push_back(
+                {name, static_cast<int>(i) + 1, "include its file of bake/libraries, which knows the versions"});
+        }
+    }
+    return breaches;
 }
 
 std::vector<Breach> missingLicence(const fs::path& root) {

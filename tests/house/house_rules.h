@@ -17,7 +17,8 @@ struct Breach {
     std::string what;
 };
 
-/// Which rooms a room may include, besides itself and the rooms that every room may use (report, threads).
+/// Which rooms a room may include, besides itself and the rooms that every room may use (report, threads,
+/// libraries).
 using Arrows = std::map<std::string, std::set<std::string>>;
 const Arrows& arrows();
 
@@ -32,6 +33,9 @@ std::vector<Breach> linksAgainstArrows(const std::filesystem::path& root);
 
 /// Files that include OpenVDB or NanoVDB; each costs some twenty seconds to compile.
 std::vector<std::string> filesIncludingOpenVdb(const std::filesystem::path& root);
+
+/// Headers of other people's libraries that differ between versions, included past bake/libraries.
+std::vector<Breach> versionedHeaders(const std::filesystem::path& root);
 
 /// Files without the SPDX line of Apache-2.0 among their first two lines.
 std::vector<Breach> missingLicence(const std::filesystem::path& root);

@@ -65,6 +65,8 @@ TEST(House, FewFilesIncludeOpenVdb) {
     EXPECT_LE(files.size(), 15u) << names;
 }
 
+TEST(House, VersionsAreKnownInOnePlace) { EXPECT_EQ(inWords(versionedHeaders(kSource)), ""); }
+
 TEST(House, EverySourceNamesItsLicence) { EXPECT_EQ(inWords(missingLicence(kSource)), ""); }
 
 TEST(House, NoFileIsLongerThan500Lines) { EXPECT_EQ(inWords(longFiles(kSource, 500)), ""); }
@@ -145,6 +147,16 @@ TEST_F(MadeUpHouse, OpenVdbIsCounted) {
     write("bake/file/vdb.cpp", "#include <openvdb/openvdb.h>\n#include <openvdb/io/File.h>\n");
     write("bake/file/other.cpp", "// #include <openvdb/openvdb.h> is not here\n");
     EXPECT_EQ(filesIncludingOpenVdb(root_), std::vector<std::string>{"bake/file/vdb.cpp"});
+}
+
+TEST_F(MadeUpHouse, VersionedHeaderIsFound) {
+    write("bake/libraries/toml.h", "#include <toml++/toml.h>\n");
+    write("runtime/viewer/imgui_headers.h", "#include <imgui/imgui.h>\n");
+    write("tests/file/a.cpp", "#include <openvdb/openvdb.h>\n#include \"bake/libraries/toml.h\"\n");
+    EXPECT_EQ(inWords(versionedHeaders(root_)), "");
+    write("bake/scene/a.cpp", "#include <fmt/format.h>\n#include <toml++/toml.h>\n#include <tiny_gltf.h>\n");
+    write("runtime/viewer/c.cpp", "#include <imgui/imgui.h>\n");
+    EXPECT_EQ(versionedHeaders(root_).size(), 3u);
 }
 
 TEST_F(MadeUpHouse, MissingLicenceIsFound) {

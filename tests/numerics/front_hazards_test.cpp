@@ -2,6 +2,7 @@
 // What is known to go wrong with marched fronts, each as a test.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The GPU samples what the CPU samples, in every layout, and falls back as it says.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 

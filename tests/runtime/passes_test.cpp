@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The passes draw what the CPU computes of the same volume: receivers by the look-up, media by brute force.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 

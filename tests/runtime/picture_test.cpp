@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bake, load, draw: the runtime shows receivers as `photic picture` does.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Warped caustic volumes drawn over a scene: against their own definition in double, triangle by triangle; against the
 // exact floor; and in-scatter against its closed form.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>

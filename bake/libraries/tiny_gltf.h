@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/// tinygltf 2.5 to 2.9 with its implementation: include it in one source alone. Geometry only: images are neither
+/// decoded nor looked for, and files are opened by the caller's own callbacks.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#define TINYGLTF_NO_INCLUDE_JSON
+#define TINYGLTF_NO_FS
+#include <tiny_gltf.h>
+
+namespace photic::gltf {
+
+/// How the files that a glTF refers to are found and read; nothing is ever written.
+struct FileAccess {
+    bool (*exists)(const std::string& path, void* user_data);
+    std::string (*expand)(const std::string& path, void* user_data);
+    bool (*read)(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user_data);
+    void* user_data;
+};
+
+/// Makes `loader` read through `access`. From 2.9 on the callbacks have one member more, and none may be null.
+template <class Callbacks = tinygltf::FsCallbacks>
+void useFiles(tinygltf::TinyGLTF& loader, const FileAccess& access) {
+    Callbacks callbacks{};
+    callbacks.FileExists = access.exists;
+    callbacks.ExpandFilePath = access.expand;
+    callbacks.ReadWholeFile = access.read;
+    callbacks.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+        return false;
+    };
+    if constexpr (requires { callbacks.GetFileSizeInBytes; }) {
+        callbacks.GetFileSizeInBytes = [](std::size_t* bytes, std::string* error, const std::string& path, void*) {
+            std::error_code failure;
+            *bytes = static_cast<std::size_t>(std::filesystem::file_size(path, failure));
+            if (failure && error != nullptr) *error = failure.message();
+            return !failure;
+        };
+    }
+    callbacks.user_data = access.user_data;
+    loader.SetFsCallbacks(callbacks);
+}
+
+}  // namespace photic::gltf
