@@ -3,8 +3,10 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,21 +14,25 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <sstream>
+#include <set>
 
 #include "bake/image/atomic_file.h"
+#include "bake/image/height_flaws.h"
 #include "bake/image/image.h"
 #include "bake/report/error.h"
 
 namespace photic {
 namespace {
 
-constexpr int kLargestSide = 32768;
 constexpr float kLargestHalf = 65504.0f;
 
-struct Window {
-    Imath::Box2i box;
-    int width = 0, height = 0;
+/// Where the pixels of a part lie.
+struct Windows {
+    Imath::Box2i data, display;
+    int dataWidth() const { return data.max.x - data.min.x + 1; }
+    int dataHeight() const { return data.max.y - data.min.y + 1; }
+    int width() const { return display.max.x - display.min.x + 1; }
+    int height() const { return display.max.y - display.min.y + 1; }
 };
 
 /// Runs `body` on the opened file; anything that OpenEXR throws becomes an Error with the path.
@@ -38,7 +44,7 @@ auto withExr(const std::string& path, const Body& body) {
     try {
         Imf::StdISStream stream;
         stream.str(bytes);
-        Imf::InputFile file(stream);
+        Imf::MultiPartInputFile file(stream);
         return body(file);
     } catch (const Error&) {
         throw;
@@ -50,39 +56,159 @@ auto withExr(const std::string& path, const Body& body) {
     }
 }
 
-Window windowOf(const Imf::InputFile& file, const std::string& path) {
-    const Imath::Box2i box = file.header().dataWindow();
+void checkSize(const Imath::Box2i& box, const std::string& path) {
     const std::int64_t width = std::int64_t(box.max.x) - box.min.x + 1,
                        height = std::int64_t(box.max.y) - box.min.y + 1;
-    if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide)
-        throw Error(ErrorCode::Input,
-                    fmt::format("'{}' is {} x {} pixels; the limit is {} a side", path, width, height, kLargestSide));
-    return {box, static_cast<int>(width), static_cast<int>(height)};
+    if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide || width * height > kMostPixels)
+        throw Error(ErrorCode::Input, fmt::format("'{}' is {} x {} pixels; the limit is {} a side and {} in all", path,
+                                                  width, height, kLargestSide, kMostPixels));
 }
 
-std::vector<std::string> channelNames(const Imf::InputFile& file) {
+Windows windowsOf(const Imf::Header& header, const std::string& path) {
+    const Windows windows{header.dataWindow(), header.displayWindow()};
+    checkSize(windows.data, path);
+    checkSize(windows.display, path);
+    const auto &data = windows.data, &display = windows.display;
+    if (!data.intersects(display))
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("the data of '{}', pixels ({}, {}) to ({}, {}), lie outside its display window, ({}, {}) "
+                        "to ({}, {}): nothing of it would be seen; save it again without cropping",
+                        path, data.min.x, data.min.y, data.max.x, data.max.y, display.min.x, display.min.y,
+                        display.max.x, display.max.y));
+    return windows;
+}
+
+std::vector<std::string> channelNames(const Imf::Header& header) {
     std::vector<std::string> names;
-    for (auto c = file.header().channels().begin(); c != file.header().channels().end(); ++c)
-        names.emplace_back(c.name());
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) names.emplace_back(c.name());
     std::sort(names.begin(), names.end());
     return names;
 }
 
-/// A slice whose first pixel, that of the data window's corner, is values[0].
-Imf::Slice sliceOver(float* values, const Window& window, int pixel_stride) {
-    return Imf::Slice::Make(
-        Imf::FLOAT, values, window.box, sizeof(float) * static_cast<std::size_t>(pixel_stride),
-        sizeof(float) * static_cast<std::size_t>(pixel_stride) * static_cast<std::size_t>(window.width));
+bool hasChannels(const Imf::Header& header, const std::vector<std::string>& names) {
+    return std::all_of(names.begin(), names.end(),
+                       [&](const std::string& name) { return header.channels().findChannel(name) != nullptr; });
 }
 
-void checkChannel(const Imf::InputFile& file, const std::string& name, const std::string& path) {
-    const Imf::Channel* channel = file.header().channels().findChannel(name);
-    if (channel == nullptr)
-        throw Error(ErrorCode::Input, fmt::format("'{}' has no channel '{}'; it has {}", path, name,
-                                                  fmt::join(channelNames(file), ", ")));
-    if (channel->xSampling != 1 || channel->ySampling != 1)
+/// The parts with their channels, for messages.
+std::string partsInWords(const Imf::MultiPartInputFile& file) {
+    std::vector<std::string> parts;
+    for (int p = 0; p < file.parts(); ++p) {
+        const Imf::Header& header = file.header(p);
+        parts.push_back(fmt::format("'{}' ({})", header.hasName() ? header.name() : std::to_string(p),
+                                    fmt::join(channelNames(header), ", ")));
+    }
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+/// The one part that holds all `names`.
+int partWith(const Imf::MultiPartInputFile& file, const std::vector<std::string>& names, const std::string& path) {
+    std::vector<int> fitting;
+    for (int p = 0; p < file.parts(); ++p)
+        if (hasChannels(file.header(p), names)) fitting.push_back(p);
+    if (fitting.size() > 1)
         throw Error(ErrorCode::Input,
-                    fmt::format("channel '{}' of '{}' is subsampled; save it at full resolution", name, path));
+                    fmt::format("{} parts of '{}' have the channel '{}'; save the part that is meant as a file of its "
+                                "own. It has {}",
+                                fitting.size(), path, fmt::join(names, "', '"), partsInWords(file)));
+    if (fitting.empty()) {
+        for (const std::string& name : names)
+            if (file.parts() == 1 && !hasChannels(file.header(0), {name}))
+                throw Error(ErrorCode::Input, fmt::format("'{}' has no channel '{}'; it has {}", path, name,
+                                                          fmt::join(channelNames(file.header(0)), ", ")));
+        throw Error(ErrorCode::Input, fmt::format("'{}' has no part with the channel '{}'; it has {}", path,
+                                                  fmt::join(names, "', '"), partsInWords(file)));
+    }
+    const Imf::Header& header = file.header(fitting.front());
+    if (header.hasType() && Imf::isDeepData(header.type()))
+        throw Error(ErrorCode::Input, fmt::format("'{}' holds deep data, many values a pixel; flatten it", path));
+    for (const std::string& name : names) {
+        const Imf::Channel& channel = *header.channels().findChannel(name);
+        if (channel.xSampling != 1 || channel.ySampling != 1)
+            throw Error(ErrorCode::Input,
+                        fmt::format("channel '{}' of '{}' is subsampled; save it at full resolution", name, path));
+    }
+    return fitting.front();
+}
+
+/// Reads channels of a part as they lie in the display window, interleaved.
+std::vector<float> readPixels(Imf::InputPart& part, const Windows& windows, const std::vector<std::string>& names) {
+    const std::size_t count = names.size(), row = static_cast<std::size_t>(windows.dataWidth()) * count;
+    std::vector<float> data(row * static_cast<std::size_t>(windows.dataHeight()));
+    Imf::FrameBuffer buffer;
+    for (std::size_t c = 0; c < count; ++c)
+        buffer.insert(names[c], Imf::Slice::Make(Imf::FLOAT, data.data() + c, windows.data, sizeof(float) * count,
+                                                 sizeof(float) * row));
+    part.setFrameBuffer(buffer);
+    part.readPixels(windows.data.min.y, windows.data.max.y);
+    if (windows.data == windows.display) return data;
+
+    std::vector<float> shown(static_cast<std::size_t>(windows.width()) * static_cast<std::size_t>(windows.height()) *
+                             count);
+    const int left = std::max(windows.data.min.x, windows.display.min.x),
+              right = std::min(windows.data.max.x, windows.display.max.x);
+    for (int y = std::max(windows.data.min.y, windows.display.min.y);
+         y <= std::min(windows.data.max.y, windows.display.max.y); ++y) {
+        const auto place = [&](const Imath::Box2i& box, int width) {
+            return (static_cast<std::size_t>(y - box.min.y) * static_cast<std::size_t>(width) +
+                    static_cast<std::size_t>(left - box.min.x)) *
+                   count;
+        };
+        std::copy_n(data.begin() + static_cast<std::ptrdiff_t>(place(windows.data, windows.dataWidth())),
+                    static_cast<std::size_t>(right - left + 1) * count,
+                    shown.begin() + static_cast<std::ptrdiff_t>(place(windows.display, windows.width())));
+    }
+    return shown;
+}
+
+/// What a file's windows and compression have cost its heights.
+std::vector<std::string> flawsOf(const Imf::Header& header, const Windows& windows) {
+    std::vector<std::string> flaws;
+    const auto &data = windows.data, &display = windows.display;
+    if (data != display) {
+        const auto pixels = [](double w, double h) { return w * h; };
+        const double both = pixels(std::min(data.max.x, display.max.x) - std::max(data.min.x, display.min.x) + 1,
+                                   std::min(data.max.y, display.max.y) - std::max(data.min.y, display.min.y) + 1),
+                     shown = pixels(windows.width(), windows.height()),
+                     stored = pixels(windows.dataWidth(), windows.dataHeight());
+        if (both < shown)
+            flaws.push_back(
+                fmt::format("has data for {:.3g} % of its display window of {} x {} pixels; the rest is 0: if "
+                            "it was cropped by mistake, save it whole",
+                            100 * both / shown, windows.width(), windows.height()));
+        if (both < stored)
+            flaws.push_back(
+                fmt::format("has {:.3g} % of its data outside its display window of {} x {} pixels, where it "
+                            "is left out; crop it, or widen the display window",
+                            100 * (1 - both / stored), windows.width(), windows.height()));
+    }
+    const char* lossy = nullptr;
+    switch (header.compression()) {
+        case Imf::PXR24_COMPRESSION:
+            lossy = "PXR24";
+            break;
+        case Imf::B44_COMPRESSION:
+            lossy = "B44";
+            break;
+        case Imf::B44A_COMPRESSION:
+            lossy = "B44A";
+            break;
+        case Imf::DWAA_COMPRESSION:
+            lossy = "DWAA";
+            break;
+        case Imf::DWAB_COMPRESSION:
+            lossy = "DWAB";
+            break;
+        default:
+            break;
+    }
+    if (lossy)
+        flaws.push_back(
+            fmt::format("is compressed with loss ({}): light was seen to be off by 4 to 12 %; save it with ZIP "
+                        "or PIZ, which lose nothing",
+                        lossy));
+    return flaws;
 }
 
 std::vector<std::string> writtenNames(int channels) {
@@ -127,56 +253,54 @@ std::vector<char> pack(const Image& image, ChannelDepth depth) {
 }  // namespace
 
 std::vector<std::string> exrChannelNames(const std::string& path) {
-    return withExr(path, [](const Imf::InputFile& file) { return channelNames(file); });
+    return withExr(path, [](const Imf::MultiPartInputFile& file) {
+        std::set<std::string> names;
+        for (int p = 0; p < file.parts(); ++p)
+            for (std::string& name : channelNames(file.header(p))) names.insert(std::move(name));
+        return std::vector<std::string>(names.begin(), names.end());
+    });
 }
 
 std::vector<HeightMap> readExrChannels(const std::string& path, const std::vector<std::string>& channels) {
-    return withExr(path, [&](Imf::InputFile& file) {
-        const Window window = windowOf(file, path);
-        for (const std::string& name : channels) checkChannel(file, name, path);
-
-        // One frame buffer per channel, so that a name may be asked for twice.
+    return withExr(path, [&](Imf::MultiPartInputFile& file) {
+        const int index = partWith(file, channels, path);
+        const Imf::Header& header = file.header(index);
+        const Windows windows = windowsOf(header, path);
+        Imf::InputPart part(file, index);
+        // One channel at a time, so that a name may be asked for twice.
         std::vector<HeightMap> maps(channels.size());
         for (std::size_t i = 0; i < channels.size(); ++i) {
             HeightMap& map = maps[i];
-            map.width = window.width, map.height = window.height;
-            map.values.resize(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height));
-            map.half = file.header().channels().findChannel(channels[i])->type == Imf::HALF;
-            Imf::FrameBuffer buffer;
-            buffer.insert(channels[i], sliceOver(map.values.data(), window, 1));
-            file.setFrameBuffer(buffer);
-            file.readPixels(window.box.min.y, window.box.max.y);
+            map.width = windows.width(), map.height = windows.height();
+            map.values = readPixels(part, windows, {channels[i]});
+            const Imf::PixelType type = header.channels().findChannel(channels[i])->type;
+            map.half = type == Imf::HALF;
+            map.flaws = flawsOf(header, windows);
+            if (!map.half) noteEightBits(map);
         }
         return maps;
     });
 }
 
 Image readExr(const std::string& path) {
-    return withExr(path, [&](Imf::InputFile& file) {
-        const Window window = windowOf(file, path);
-        const Imf::ChannelList& present = file.header().channels();
+    return withExr(path, [&](Imf::MultiPartInputFile& file) {
         std::vector<std::string> names;
-        if (present.findChannel("R") && present.findChannel("G") && present.findChannel("B")) {
-            names = {"R", "G", "B"};
-            if (present.findChannel("A")) names.emplace_back("A");
-        } else if (present.findChannel("Y")) {
-            names = {"Y"};
-        } else {
-            throw Error(ErrorCode::Input, fmt::format("'{}' has neither R, G, B nor Y; it has {}", path,
-                                                      fmt::join(channelNames(file), ", ")));
+        for (int p = 0; p < file.parts() && names.empty(); ++p) {
+            if (hasChannels(file.header(p), {"R", "G", "B"})) {
+                names = {"R", "G", "B"};
+                if (hasChannels(file.header(p), {"A"})) names.emplace_back("A");
+            } else if (hasChannels(file.header(p), {"Y"})) {
+                names = {"Y"};
+            }
         }
-        for (const std::string& name : names) checkChannel(file, name, path);
-
-        Image image;
-        image.width = window.width, image.height = window.height, image.channels = static_cast<int>(names.size());
-        image.pixels.resize(static_cast<std::size_t>(window.width) * static_cast<std::size_t>(window.height) *
-                            names.size());
-        Imf::FrameBuffer buffer;
-        for (std::size_t c = 0; c < names.size(); ++c)
-            buffer.insert(names[c], sliceOver(image.pixels.data() + c, window, image.channels));
-        file.setFrameBuffer(buffer);
-        file.readPixels(window.box.min.y, window.box.max.y);
-        return image;
+        if (names.empty())
+            throw Error(ErrorCode::Input,
+                        fmt::format("'{}' has neither R, G, B nor Y; it has {}", path, partsInWords(file)));
+        const int index = partWith(file, names, path);
+        const Windows windows = windowsOf(file.header(index), path);
+        Imf::InputPart part(file, index);
+        return Image{windows.width(), windows.height(), static_cast<int>(names.size()),
+                     readPixels(part, windows, names)};
     });
 }
 

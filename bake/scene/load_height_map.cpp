@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "bake/image/atomic_file.h"
 #include "bake/image/image.h"
@@ -14,6 +15,7 @@ namespace photic {
 namespace {
 
 constexpr int kLeastTexels = 4;
+constexpr double kHighest = 1e9;  // [m]
 
 /// The named channels of a map; of a single-channel file the only one needs no name.
 std::vector<HeightMap> readMaps(const TableReader& table, const std::string& path, bool displaced) {
@@ -24,7 +26,12 @@ std::vector<HeightMap> readMaps(const TableReader& table, const std::string& pat
             if (table.has(key)) table.fail(key, fmt::format("'{}' is for EXR files; a PNG holds heights alone", key));
         return {readPng16(path)};
     }
-    if (is(".vdb", ".VDB")) table.fail("file", "index volumes (.vdb) are not built yet; give a height map or a mesh");
+    if (is(".vdb", ".VDB"))
+        table.fail(
+            "file",
+            fmt::format("'{}' is a volume and no height map; an index that varies in the water is given as [[index]] "
+                        "with file = \"{}\", beside a surface of its own",
+                        path, *table.text("file")));
     if (!is(".exr", ".EXR"))
         table.fail(
             "file",
@@ -72,6 +79,12 @@ SampleGrid samplesOf(const HeightMap& map, const std::string& path, double scale
             const float stored =
                 map.values[static_cast<std::size_t>(map.height - 1 - y) * width + static_cast<std::size_t>(x)];
             grid.at(x, y) = scale * (static_cast<double>(stored) - level);
+            if (!(std::fabs(grid.at(x, y)) < kHighest))
+                throw Error(
+                    ErrorCode::Input,
+                    fmt::format("'{}' is {:.3g} at pixel ({}, {}), {:.3g} m with 'scale' and 'level'; the limit is "
+                                "{:g} m",
+                                path, stored, x, map.height - 1 - y, grid.at(x, y), kHighest));
         }
     return grid;
 }
@@ -134,6 +147,11 @@ std::shared_ptr<const HeightField> loadHeightMap(const TableReader& table, const
                 fmt::format("{}: '{}' is stored as half floats: slopes lose about 0.3 %, curvature 3 % and, with an "
                             "offset, far more; save 32-bit floats",
                             table.where("file"), path));
+
+        std::set<std::string> flaws;
+        for (const HeightMap& map : maps) flaws.insert(map.flaws.begin(), map.flaws.end());
+        for (const std::string& flaw : flaws)
+            context.monitor.warn(fmt::format("{}: '{}' {}", table.where("file"), path, flaw));
 
         SplineFieldShape shape;
         shape.size = place.size, shape.center = place.center, shape.interpolation = loadInterpolation(table);

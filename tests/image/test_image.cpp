@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepScanLineOutputFile.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -113,21 +117,122 @@ TEST_F(ImageTest, NamedChannelsComeInTheOrderAskedAndPassNanOn) {
     EXPECT_EQ(maps[0].values[0], image.at(0, 0, 1));
 }
 
-TEST_F(ImageTest, DataWindowAwayFromTheOriginKeepsItsTopRowFirst) {
-    const std::vector<float> values{1, 2, 3, 4, 5, 6};
-    Imf::Header header(Imath::Box2i({0, 0}, {99, 99}), Imath::Box2i({-7, 40}, {-5, 41}));
-    header.channels().insert("height", Imf::Channel(Imf::FLOAT));
+/// Writes floats 1, 2, 3 ... as the channel `name` over a data window, with `compression`.
+void writeWindow(const std::string& path, const Imath::Box2i& display, const Imath::Box2i& data,
+                 const std::string& name = "height", Imf::Compression compression = Imf::ZIP_COMPRESSION) {
+    const auto count = static_cast<std::size_t>(data.size().x + 1) * static_cast<std::size_t>(data.size().y + 1);
+    std::vector<float> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(i + 1);
+    Imf::Header header(display, data);
+    header.compression() = compression;
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
     Imf::FrameBuffer buffer;
-    buffer.insert("height", Imf::Slice::Make(Imf::FLOAT, values.data(), header.dataWindow()));
-    {
-        Imf::OutputFile file(path("w.exr").c_str(), header);
-        file.setFrameBuffer(buffer);
-        file.writePixels(2);
-    }
-    const HeightMap map = readExrChannels(path("w.exr"), {"height"})[0];
+    buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, values.data(), data));
+    Imf::OutputFile file(path.c_str(), header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(data.size().y + 1);
+}
+
+TEST_F(ImageTest, DataLiesWhereItsWindowSays) {
+    // A window away from the origin, all of it data: its top row comes first.
+    writeWindow(path("w.exr"), {{-7, 40}, {-5, 41}}, {{-7, 40}, {-5, 41}});
+    HeightMap map = readExrChannels(path("w.exr"), {"height"})[0];
     EXPECT_EQ(map.width, 3);
-    EXPECT_EQ(map.values, values);
+    EXPECT_EQ(map.values, (std::vector<float>{1, 2, 3, 4, 5, 6}));
+    EXPECT_TRUE(map.flaws.empty());
     expectError(ErrorCode::Input, {"w.exr", "neither", "height"}, [&] { readExr(path("w.exr")); });
+
+    // Cropped to its middle: 0 around it.
+    writeWindow(path("w.exr"), {{0, 0}, {4, 3}}, {{1, 1}, {3, 2}});
+    map = readExrChannels(path("w.exr"), {"height"})[0];
+    EXPECT_EQ(map.width, 5);
+    EXPECT_EQ(map.values, (std::vector<float>{0, 0, 0, 0, 0, 0, 1, 2, 3, 0, 0, 4, 5, 6, 0, 0, 0, 0, 0, 0}));
+    ASSERT_EQ(map.flaws.size(), 1u);
+    EXPECT_NE(map.flaws[0].find("30 % of its display window of 5 x 4 pixels; the rest is 0"), std::string::npos);
+
+    // Wider than what is shown, and beside it.
+    writeWindow(path("w.exr"), {{1, 0}, {2, 1}}, {{0, 0}, {2, 1}}, "Y");
+    map = readExrChannels(path("w.exr"), {"Y"})[0];
+    EXPECT_EQ(map.values, (std::vector<float>{2, 3, 5, 6}));
+    EXPECT_EQ(readExr(path("w.exr")).pixels, map.values);
+    ASSERT_EQ(map.flaws.size(), 1u);
+    EXPECT_NE(map.flaws[0].find("33.3 % of its data outside"), std::string::npos) << map.flaws[0];
+    writeWindow(path("w.exr"), {{0, 0}, {99, 99}}, {{-7, 40}, {-5, 41}});
+    expectError(ErrorCode::Input, {"w.exr", "(-7, 40) to (-5, 41)", "without cropping"},
+                [&] { readExrChannels(path("w.exr"), {"height"}); });
+}
+
+TEST_F(ImageTest, CompressionWithLossIsNamed) {
+    using Kinds = std::vector<std::pair<Imf::Compression, const char*>>;
+    for (const auto& [compression, name] : Kinds{{Imf::PXR24_COMPRESSION, "PXR24"},
+                                                 {Imf::B44_COMPRESSION, "B44"},
+                                                 {Imf::B44A_COMPRESSION, "B44A"},
+                                                 {Imf::DWAA_COMPRESSION, "DWAA"},
+                                                 {Imf::DWAB_COMPRESSION, "DWAB"}}) {
+        writeWindow(path("c.exr"), {{0, 0}, {15, 15}}, {{0, 0}, {15, 15}}, "Y", compression);
+        const HeightMap map = readExrChannels(path("c.exr"), {"Y"})[0];
+        ASSERT_EQ(map.flaws.size(), 1u) << name;
+        EXPECT_NE(map.flaws[0].find(std::string("(") + name + ")"), std::string::npos) << map.flaws[0];
+    }
+    for (const Imf::Compression compression : {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION,
+                                               Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION}) {
+        writeWindow(path("c.exr"), {{0, 0}, {15, 15}}, {{0, 0}, {15, 15}}, "Y", compression);
+        EXPECT_TRUE(readExrChannels(path("c.exr"), {"Y"})[0].flaws.empty());
+    }
+}
+
+TEST_F(ImageTest, OfSeveralPartsTheOneWithTheChannelIsRead) {
+    const auto writeParts = [&](const std::vector<std::string>& channels) {
+        std::vector<Imf::Header> headers;
+        for (std::size_t p = 0; p < channels.size(); ++p) {
+            Imf::Header header(2, 2);
+            header.setName("part" + std::to_string(p)), header.setType(Imf::SCANLINEIMAGE);
+            header.channels().insert(channels[p], Imf::Channel(Imf::FLOAT));
+            headers.push_back(header);
+        }
+        Imf::MultiPartOutputFile file(path("p.exr").c_str(), headers.data(), static_cast<int>(headers.size()));
+        for (std::size_t p = 0; p < channels.size(); ++p) {
+            const std::vector<float> values(4, static_cast<float>(p + 1));
+            Imf::FrameBuffer buffer;
+            buffer.insert(channels[p], Imf::Slice::Make(Imf::FLOAT, values.data(), headers[p].dataWindow()));
+            Imf::OutputPart part(file, static_cast<int>(p));
+            part.setFrameBuffer(buffer);
+            part.writePixels(2);
+        }
+    };
+    writeParts({"mask", "Y"});
+    EXPECT_EQ(exrChannelNames(path("p.exr")), (std::vector<std::string>{"Y", "mask"}));
+    EXPECT_EQ(readExrChannels(path("p.exr"), {"Y"})[0].values, std::vector<float>(4, 2.0f));
+    EXPECT_EQ(readExrChannels(path("p.exr"), {"mask"})[0].values, std::vector<float>(4, 1.0f));
+    EXPECT_EQ(readExr(path("p.exr")).pixels, std::vector<float>(4, 2.0f));
+    expectError(ErrorCode::Input, {"no part with the channel 'Z'", "'part0' (mask), 'part1' (Y)"},
+                [&] { readExrChannels(path("p.exr"), {"Z"}); });
+    writeParts({"Y", "Y"});
+    expectError(ErrorCode::Input, {"2 parts", "channel 'Y'", "'part0' (Y), 'part1' (Y)"},
+                [&] { readExrChannels(path("p.exr"), {"Y"}); });
+}
+
+TEST_F(ImageTest, DeepDataIsRefusedByName) {
+    Imf::Header header(2, 2);
+    header.setType(Imf::DEEPSCANLINE), header.compression() = Imf::ZIPS_COMPRESSION;
+    header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+    { Imf::DeepScanLineOutputFile file(path("d.exr").c_str(), header); }
+    expectError(ErrorCode::Input, {"d.exr", "deep data", "flatten"}, [&] { readExrChannels(path("d.exr"), {"Y"}); });
+}
+
+TEST_F(ImageTest, EightBitsInALargerTypeAreNoticed) {
+    Image image{16, 16, 1, std::vector<float>(256)};
+    for (int i = 0; i < 256; ++i)
+        image.pixels[static_cast<std::size_t>(i)] = static_cast<float>((i * 7) % 256) / 255.0f;
+    writeExr(path("e.exr"), image);
+    HeightMap map = readExrChannels(path("e.exr"), {"Y"})[0];
+    ASSERT_EQ(map.flaws.size(), 1u);
+    EXPECT_NE(map.flaws[0].find("256 heights of an 8-bit picture"), std::string::npos);
+    image.pixels[9] += 1e-4f;
+    writeExr(path("e.exr"), image);
+    EXPECT_TRUE(readExrChannels(path("e.exr"), {"Y"})[0].flaws.empty());
+    writeExr(path("e.exr"), Image{16, 16, 1, std::vector<float>(256, 0.2f)});  // flat water
+    EXPECT_TRUE(readExrChannels(path("e.exr"), {"Y"})[0].flaws.empty());
 }
 
 TEST_F(ImageTest, TruncatedExrIsRefusedAtEveryLength) {
@@ -157,39 +262,74 @@ TEST_F(ImageTest, UnusableExrIsRefusedByReason) {
     header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
     { Imf::OutputFile file(path("wide.exr").c_str(), header); }
     expectError(ErrorCode::Input, {"40000 x 1", "32768"}, [&] { readExr(path("wide.exr")); });
+    Imf::Header large(30000, 30000);
+    large.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+    { Imf::OutputFile file(path("large.exr").c_str(), large); }
+    expectError(ErrorCode::Input, {"30000 x 30000", "268435456 in all"}, [&] { readExr(path("large.exr")); });
 }
 
-TEST_F(ImageTest, Png16ReadsGrey) {
-    // stb writes 8 bits only: a 2 x 1 PNG of 16-bit grey, 0x8000 and 0xffff, with stored (uncompressed) data.
-    const auto chunk = [](const std::string& type, const std::string& data) {
+/// A PNG of one row of 16-bit grey with stored (uncompressed) data; stb writes 8 bits only.
+std::string png16(const std::vector<std::uint16_t>& values) {
+    const auto big_endian = [](std::size_t v) {
+        return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
+                           static_cast<char>(v)};
+    };
+    const auto chunk = [&](const std::string& type, const std::string& data) {
         std::uint32_t crc = 0xffffffffu;
         for (const char c : type + data) {
             crc ^= static_cast<unsigned char>(c);
             for (int k = 0; k < 8; ++k) crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
         }
-        const auto big_endian = [](std::uint32_t v) {
-            return std::string{static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8),
-                               static_cast<char>(v)};
-        };
-        return big_endian(static_cast<std::uint32_t>(data.size())) + type + data + big_endian(~crc);
+        return big_endian(data.size()) + type + data + big_endian(~crc);
     };
-    const std::string row("\0\x80\x00\xff\xff", 5);
+    std::string row(1, '\0');
+    for (const std::uint16_t v : values) row += static_cast<char>(v >> 8), row += static_cast<char>(v);
     std::uint32_t a = 1, b = 0;
     for (const char c : row) a = (a + static_cast<unsigned char>(c)) % 65521, b = (b + a) % 65521;
-    const std::string adler{static_cast<char>(b >> 8), static_cast<char>(b), static_cast<char>(a >> 8),
-                            static_cast<char>(a)};
-    const std::string png =
-        std::string("\x89PNG\r\n\x1a\n") + chunk("IHDR", std::string("\0\0\0\x02\0\0\0\x01\x10\0\0\0\0", 13)) +
-        chunk("IDAT", std::string("\x78\x01\x01\x05\x00\xfa\xff", 7) + row + adler) + chunk("IEND", "");
+    const auto length = static_cast<std::uint16_t>(row.size());
+    const std::string stored{'\x78',
+                             '\x01',
+                             '\x01',
+                             static_cast<char>(length),
+                             static_cast<char>(length >> 8),
+                             static_cast<char>(~length),
+                             static_cast<char>(~length >> 8)};
+    return std::string("\x89PNG\r\n\x1a\n") +
+           chunk("IHDR", big_endian(values.size()) + std::string("\0\0\0\x01\x10\0\0\0\0", 9)) +
+           chunk("IDAT", stored + row + big_endian(b << 16 | a)) + chunk("IEND", "");
+}
+
+TEST_F(ImageTest, Png16ReadsGrey) {
+    const std::string png = png16({0x8000, 0xffff});
     write("g.png", png);
     const HeightMap map = readPng16(path("g.png"));
     ASSERT_EQ(map.values.size(), 2u);
     EXPECT_FLOAT_EQ(map.values[0], 32768.0f / 65535.0f);
     EXPECT_FLOAT_EQ(map.values[1], 1.0f);
 
-    for (std::size_t length = 0; length + 20 < png.size(); ++length) {
+    for (std::size_t length = 0; length < png.size(); ++length) {
         write("cut.png", png.substr(0, length));
         expectError(ErrorCode::Input, {"cut.png"}, [&] { readPng16(path("cut.png")); });
+    }
+    // Any byte that is another, too.
+    for (std::size_t i = 0; i < png.size(); ++i) {
+        std::string damaged = png;
+        damaged[i] = static_cast<char>(damaged[i] ^ 0x10);
+        write("bad.png", damaged);
+        expectError(ErrorCode::Input, {"bad.png"}, [&] { readPng16(path("bad.png")); });
+    }
+}
+
+TEST_F(ImageTest, EightBitsStretchedToSixteenAreNoticed) {
+    std::vector<std::uint16_t> stretched, shifted, whole;
+    for (unsigned v = 3; v < 200; v += 7)
+        stretched.push_back(static_cast<std::uint16_t>(257 * v)),
+            shifted.push_back(static_cast<std::uint16_t>(256 * v)),
+            whole.push_back(static_cast<std::uint16_t>(257 * v + v % 3));
+    for (const auto& [values, flaws] : {std::pair{stretched, 1u}, std::pair{shifted, 1u}, std::pair{whole, 0u},
+                                        std::pair{std::vector<std::uint16_t>(8, 514), 0u}}) {
+        write("s.png", png16(values));
+        EXPECT_EQ(readPng16(path("s.png")).flaws.size(), flaws);
     }
 }
 
