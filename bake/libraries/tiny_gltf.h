@@ -3,7 +3,6 @@
 /// decoded nor looked for, and files are opened by the caller's own callbacks.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_IMPLEMENTATION
@@ -21,6 +20,7 @@ struct FileAccess {
     bool (*exists)(const std::string& path, void* user_data);
     std::string (*expand)(const std::string& path, void* user_data);
     bool (*read)(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* user_data);
+    bool (*size)(std::size_t* bytes, std::string* error, const std::string& path, void* user_data);
     void* user_data;
 };
 
@@ -35,12 +35,7 @@ void useFiles(tinygltf::TinyGLTF& loader, const FileAccess& access) {
         return false;
     };
     if constexpr (requires { callbacks.GetFileSizeInBytes; }) {
-        callbacks.GetFileSizeInBytes = [](std::size_t* bytes, std::string* error, const std::string& path, void*) {
-            std::error_code failure;
-            *bytes = static_cast<std::size_t>(std::filesystem::file_size(path, failure));
-            if (failure && error != nullptr) *error = failure.message();
-            return !failure;
-        };
+        callbacks.GetFileSizeInBytes = access.size;
     }
     callbacks.user_data = access.user_data;
     loader.SetFsCallbacks(callbacks);

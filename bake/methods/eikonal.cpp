@@ -11,6 +11,7 @@
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
+#include "bake/scene/not_built.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -43,6 +44,7 @@ const std::vector<OptionBinding<EikonalOptions>>& eikonalOptions() {
 }
 
 std::string eikonalRefusal(const Scene& scene) {
+    if (std::string why = notBuiltYet(scene); !why.empty()) return why;
     if (scene.lights.size() != 1)
         return fmt::format("it bakes one light, and the scene has {} lights; bake one volume a light, or use beams",
                            scene.lights.size());

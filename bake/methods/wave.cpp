@@ -22,6 +22,7 @@
 #include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
+#include "bake/scene/not_built.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -354,6 +355,7 @@ void addField(LightField& to, const LightField& from) {
 }
 
 std::string waveRefusal(const Scene& scene) {
+    if (std::string why = notBuiltYet(scene); !why.empty()) return why;
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
     if (scene.bake.grids.arrival_time) return "waves have no grid 'arrival_time'; leave it out of bake.grids";
     Scene constant = scene;

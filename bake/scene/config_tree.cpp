@@ -8,6 +8,7 @@
 
 #include "bake/libraries/toml.h"
 #include "bake/report/error.h"
+#include "bake/scene/plain_text.h"
 
 namespace photic {
 namespace {
@@ -80,7 +81,8 @@ const char* ConfigValue::kindName() const {
     return "";
 }
 
-ConfigValue parseConfig(const std::string& text, const std::string& name) {
+ConfigValue parseConfig(const std::string& given, const std::string& name) {
+    const std::string_view text = plainText(given, name);
     // The parser descends a level per part of a dotted key, and never asks how deep it is.
     constexpr int kDeepest = 128;
     int line = 1, parts = 0;

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "bake/report/monitor.h"
+
 namespace photic {
 
 inline constexpr double kLeastIndex = 0.01, kLargestIndex = 100;  ///< that scenes may have
@@ -36,6 +38,11 @@ public:
     double largest() const { return largest_; }
     /// A bound of |dn/dx|, |dn/dy| and |dn/dz|, from neighbouring samples [1/m].
     glm::dvec3 steepest() const { return steepest_; }
+    /// Samples along each axis, and the place in the world of one, or between them.
+    glm::ivec3 size() const { return samples_.size; }
+    glm::dvec3 place(const glm::dvec3& sample) const {
+        return samples_.origin_world + samples_.world_from_index * sample;
+    }
     /// The samples fill their box.
     bool full() const { return full_; }
 
@@ -54,9 +61,11 @@ private:
 IndexVolume layeredIndex(std::vector<std::pair<double, double>> layers);
 
 /// The float grid `grid` of a .vdb file; the one that is called ior, index or n, or the only one, when `grid` is empty.
-/// @param bytes  of the file at `path`
+/// @param bytes    of the file at `path`
+/// @param monitor  is warned of values that were saved as half floats
 /// @throws Error{Input} for a damaged file, no such grid, a perspective transform, values out of 0.01 to 100 (with the
 /// voxel) and boxes of more than 2^28 voxels
-IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, const std::string& grid, double medium);
+IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, const std::string& grid, double medium,
+                            Monitor& monitor);
 
 }  // namespace photic

@@ -59,7 +59,8 @@ GivenOptions loadOptions(const ConfigValue& table, const std::string& method) {
 }  // namespace
 
 BakeSettings loadBake(const ConfigValue& value) {
-    std::vector<std::string> known{"method", "grids", "where", "band", "paths", "quadrature", "tolerance", "prefilter"};
+    std::vector<std::string> known{"method",     "grids",     "where",     "band",    "paths",
+                                   "quadrature", "tolerance", "prefilter", "bounces", "threshold"};
     // Any table in here holds a method's own options: which methods there are is the catalogue's to say.
     BakeSettings bake;
     if (value.kind == ConfigValue::Kind::Table)
@@ -68,7 +69,7 @@ BakeSettings loadBake(const ConfigValue& value) {
                 bake.method_options[key] = loadOptions(entry, key);
                 if (std::find(known.begin(), known.end(), key) == known.end()) known.push_back(key);
             }
-    const TableReader table(value, "[bake]", known, {"bounces"});
+    const TableReader table(value, "[bake]", known, {"error", "budget_mb", "seconds"});
 
     bake.method = table.text("method").value_or(bake.method);
     bake.grids = loadGrids(table);
@@ -79,6 +80,8 @@ BakeSettings loadBake(const ConfigValue& value) {
     if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
     bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);
+    if (const auto bounces = table.integer("bounces", 1, 1000)) bake.bounces = static_cast<int>(*bounces);
+    bake.threshold = table.number("threshold", {0, 1, true, ""});
     return bake;
 }
 

@@ -15,6 +15,7 @@ namespace {
 constexpr int kDefaultResolution = 128;
 constexpr int kMarginVoxels = 2;
 constexpr double kMostVoxels = 274877906944.0;  // 2^38
+constexpr double kFarthest = 1e9;               // [m]
 
 struct Bounds3 {
     glm::dvec3 min{std::numeric_limits<double>::infinity()}, max{-std::numeric_limits<double>::infinity()};
@@ -70,7 +71,7 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
     const TableReader table(*value, "[domain]", {"min", "max", "voxel_size", "resolution", "shear", "layer_height"});
 
     Domain& domain = request.domain;
-    const auto min = table.vector3("min", anyNumber("m")), max = table.vector3("max", anyNumber("m"));
+    const auto min = table.vector3("min", withinReach("m")), max = table.vector3("max", withinReach("m"));
     if (min.has_value() != max.has_value())
         table.fail(fmt::format("[domain] has '{}' without '{}'; give both, or neither for the scene's bounds",
                                min ? "min" : "max", min ? "max" : "min"));
@@ -115,6 +116,14 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
     };
     if (!request.has_box) {
         const Bounds3 box = sceneBounds(scene);
+        for (int a = 0; a < 3; ++a)
+            if (!(std::fabs(box.min[a]) <= kFarthest && std::fabs(box.max[a]) <= kFarthest))
+                throw Error(
+                    ErrorCode::Input,
+                    fmt::format("the scene reaches from {:.3g} to {:.3g} m along {}, and the limit is {:g} m from the "
+                                "origin; give [domain] min and max, or move what lies far away",
+                                box.min[a], box.max[a], "xyz"[a], kFarthest),
+                    request.where);
         domain.min = box.min, domain.max = box.max;
         if (request.resolution > 0) domain.voxel_size = longest() / request.resolution;
         const glm::dvec3 margin(kMarginVoxels * domain.voxel_size, kMarginVoxels * domain.voxel_size,
@@ -134,12 +143,15 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
             fmt::format("voxels {} m high exceed the {} m domain; use {} or less", layer, extent.z, extent.z / 2),
             request.where);
     if (columns * rows * layers > kMostVoxels)
-        throw Error(ErrorCode::Input,
-                    fmt::format("the box has {} x {} x {} voxels of {} m; the limit is 2^38 = {:.3g}; use voxels of "
-                                "{:.3g} m or a smaller box",
-                                columns, rows, layers, domain.voxel_size, kMostVoxels,
-                                domain.voxel_size * std::cbrt(columns * rows * layers / kMostVoxels)),
-                    request.where);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("the box has {:.6g} x {:.6g} x {:.6g} voxels of {} m; the limit is 2^38 = {:.3g}; {} or a "
+                        "smaller box",
+                        columns, rows, layers, domain.voxel_size, kMostVoxels,
+                        domain.layer_height > 0 ? std::string("use a larger voxel_size or layer_height")
+                                                : fmt::format("use voxels of {:.3g} m",
+                                                              std::cbrt(extent.x * extent.y * extent.z / kMostVoxels))),
+            request.where);
 }
 
 }  // namespace photic

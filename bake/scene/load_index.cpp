@@ -38,7 +38,8 @@ std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& value, double me
     return placed(table, "file", [&] {
         const std::string bytes = readFileBytes(path);
         context.hashBytes(bytes);
-        return std::make_shared<IndexVolume>(readIndexVolume(path, bytes, table.text("grid").value_or(""), medium));
+        return std::make_shared<IndexVolume>(
+            readIndexVolume(path, bytes, table.text("grid").value_or(""), medium, context.monitor));
     });
 }
 

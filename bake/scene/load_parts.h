@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "bake/report/monitor.h"
+#include "bake/scene/mesh_shape.h"
 #include "bake/scene/scene.h"
 #include "bake/scene/spline_field.h"
 #include "bake/scene/table_reader.h"
@@ -21,7 +23,10 @@ struct LoadContext {
     double frame_rate = 24;  ///< [1/s]
     Monitor& monitor;
     bool animated = false;  ///< something depends on the frame's number other than through a file's name
-    std::uint64_t hash = 0xcbf29ce484222325u;  ///< 64-bit FNV-1a of all bytes so far
+    std::uint64_t hash = 0xcbf29ce484222325u;      ///< 64-bit FNV-1a of all bytes so far
+    std::vector<Medium> media{};                   ///< Scene::media, to which surfaces add "air" where they name it
+    Medium water{};                                ///< Scene::medium
+    std::optional<RefractiveIndex> water_index{};  ///< of the water, where its own table gives one
 
     void hashBytes(std::string_view bytes) {
         for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
@@ -45,21 +50,26 @@ auto placed(const TableReader& table, const std::string& key, const Body& body) 
 std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::string& title);
 
 Light loadLight(const ConfigValue& table, std::size_t number);
-/// Gives a point light the direction and irradiance that it has at the surface's centre.
-/// @throws Error{Input} when it does not lie above a height field
-void aimPointLight(Light& light, const Surface& surface, const std::string& where);
+/// Gives a light that has a place the irradiance (and a point the direction) that it has at the surface's centre.
+/// @throws Error{Input} when it stands there
+void aimLight(Light& light, const Surface& surface);
 /// @param domain  footprint for a surface without `size`; null when the file has no box
 Surface loadSurface(const ConfigValue& table, std::size_t number, const Domain* domain, LoadContext& context);
 Object loadObject(const ConfigValue& table, std::size_t number, LoadContext& context);
-Medium loadMedium(const ConfigValue& table, LoadContext& context);
+Camera loadCamera(const ConfigValue& table, std::size_t number);
+/// [medium], the water, or all [[medium]], into the context. To be called before surfaces, which name them.
+void loadMedia(const ConfigValue& value, LoadContext& context);
+/// The place in the context's media of the one that a key names, or -1 without the key; "air", "vacuum" and "water" are
+/// known without a table.
+int mediumNamed(const TableReader& table, const std::string& key, LoadContext& context);
 /// @param medium  index where the volume holds none
 std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
 BakeSettings loadBake(const ConfigValue& table);
 
-/// A mesh file with its `up` and `smooth`.
-/// @param refuse_closed  a closed part is glass, which is not built yet
+/// A mesh file with its `up`, its place in the scene, and `smooth`.
+/// @param shape  of the welded mesh, when it is wanted
 std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file,
-                                                 LoadContext& context, bool refuse_closed = false);
+                                                 LoadContext& context, MeshShape* shape = nullptr);
 
 /// [domain] as given: min == max when the box is to come from the scene's bounds.
 struct DomainRequest {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 
 #include "bake/image/atomic_file.h"
 #include "bake/scene/config_meaning.h"
@@ -16,6 +17,8 @@ namespace photic {
 namespace {
 
 constexpr int kSchema = 1;
+constexpr std::size_t kMostTables = 10000;           // of one kind
+constexpr std::uintmax_t kLargestScene = 16u << 20;  // [bytes]
 
 void checkVersion(const ConfigValue& root, const std::string& name) {
     const ConfigValue* version = root.find("photic");
@@ -41,25 +44,56 @@ void refuseTwins(const std::string& name, const std::string& where, std::map<std
                     where);
 }
 
+/// A sun whose disc touches the horizon, and one that the others drown.
+void checkSuns(const Scene& scene, const std::vector<const ConfigValue*>& lights, const Surface* height_field) {
+    constexpr double kLowest = 0.25;      // degrees; the sun's own radius
+    constexpr double kLeastShare = 1e-6;  // of the brightest: half floats end at 6e-8 of it
+    double brightest = 0;
+    const auto peak = [](const Light& l) { return std::max({l.irradiance.x, l.irradiance.y, l.irradiance.z}); };
+    for (const Light& light : scene.lights) brightest = std::max(brightest, peak(light));
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const Light& light = scene.lights[i];
+        if (peak(light) < kLeastShare * brightest)
+            throw Error(
+                ErrorCode::Input,
+                fmt::format("the light '{}' has {:.3g} of the irradiance of the brightest one; below {:g} it is lost "
+                            "in the volume's rounding: bake it alone, into a volume of its own",
+                            light.name, peak(light) / brightest, kLeastShare),
+                light.where);
+        if (light.position || !height_field) continue;
+        const double elevation = std::asin(-light.direction.z) * 180 / std::numbers::pi;
+        const std::string& where = lights[i]->find("direction")->where;
+        if (light.direction.z >= 0)
+            throw Error(ErrorCode::Input,
+                        fmt::format("the light '{}' travels upwards or level (direction.z is {:.3g}), but the height "
+                                    "field '{}' is lit from above; direction.z must be below 0",
+                                    light.name, light.direction.z, height_field->name),
+                        where);
+        if (elevation < kLowest)
+            throw Error(
+                ErrorCode::Input,
+                fmt::format("the light '{}' stands {:.3g} degrees above the horizon; the limit is {} over the height "
+                            "field '{}', whose waves would hide it: raise it, or use a mesh",
+                            light.name, elevation, kLowest, height_field->name),
+                where);
+    }
+}
+
 /// What single tables cannot see.
 void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& lights, const ConfigValue* medium,
                    const ConfigValue* bake) {
     const auto is_height_field = [](const Surface& s) { return s.height_field != nullptr; };
     const auto height_field = std::find_if(scene.surfaces.begin(), scene.surfaces.end(), is_height_field);
-    for (std::size_t i = 0; i < scene.lights.size(); ++i)
-        if (height_field != scene.surfaces.end() && scene.lights[i].direction.z >= 0) {
-            const ConfigValue* direction = lights[i]->find("direction");
-            throw Error(ErrorCode::Input,
-                        fmt::format("the light '{}' travels upwards or level (direction.z is {:.3g}), but the height "
-                                    "field '{}' is lit from above; direction.z must be below 0",
-                                    scene.lights[i].name, scene.lights[i].direction.z, height_field->name),
-                        direction->where);
-        }
+    checkSuns(scene, lights, height_field != scene.surfaces.end() ? &*height_field : nullptr);
 
     if (scene.medium.present()) {
         const Surface* first = nullptr;
+        bool named = false;  // "water" by its name, with an index of its own
         for (const Surface& surface : scene.surfaces) {
-            if (surface.event == SurfaceEvent::Reflect) continue;
+            if (surface.event == SurfaceEvent::Reflect || surface.event == SurfaceEvent::Mirror) continue;
+            for (const int medium : {surface.medium_above, surface.medium_below})
+                named = named || (medium >= 0 && scene.media[static_cast<std::size_t>(medium)].name == "water");
+            if (surface.medium_below >= 0 || surface.closed) continue;
             if (first && first->ior_below != surface.ior_below)
                 throw Error(ErrorCode::Input,
                             fmt::format("the one [medium] lies below '{}' (ior_below {}) and below '{}' (ior_below "
@@ -68,11 +102,12 @@ void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& li
                             surface.where);
             first = first ? first : &surface;
         }
-        if (!first)
-            throw Error(ErrorCode::Input,
-                        "a [medium] is given, but every surface has event = \"reflect\" and lets no light into it; "
-                        "remove one or the other",
-                        medium->where);
+        if (!first && !named)
+            throw Error(
+                ErrorCode::Input,
+                "a [medium] is given, but no surface lets light into it: each reflects it all, or names another "
+                "medium; remove one or the other",
+                medium->where);
     }
 
     const auto where_place = [&] { return bake->find("where")->where; };
@@ -105,6 +140,11 @@ std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::st
         throw Error(ErrorCode::Input,
                     fmt::format("'{0}' is {1}; write [[{0}]], with two brackets, for each", title, value->kindName()),
                     value->where);
+    if (value->items.size() > kMostTables)
+        throw Error(ErrorCode::Input,
+                    fmt::format("there are {} [[{}]]; up to {} are read: join them, for example into one mesh",
+                                value->items.size(), title, kMostTables),
+                    value->where);
     for (const ConfigValue& item : value->items) out.push_back(&item);
     return out;
 }
@@ -113,13 +153,15 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
                  Monitor& monitor) {
     const ConfigValue root = parseConfig(text, name);
     checkVersion(root, name);
-    const TableReader table(root, "the scene",
-                            {"photic", "frame_rate", "domain", "light", "surface", "medium", "index", "object", "bake"},
-                            {"camera", "volume", "environment"});
+    const TableReader table(
+        root, "the scene",
+        {"photic", "frame_rate", "domain", "light", "surface", "medium", "index", "object", "camera", "bake"},
+        {"volume", "environment"});
 
     Scene scene;
     scene.file = name, scene.frame = frame;
-    LoadContext context{name, directory, frame, table.number("frame_rate", positive("1/s")).value_or(24), monitor};
+    LoadContext context{name, directory, frame, table.number("frame_rate", between(1e-6, 1e6, "1/s")).value_or(24),
+                        monitor};
     // What a bake uses of [bake] is hashed with its settings: another method's options change nothing.
     ConfigValue meant = root;
     std::erase_if(meant.entries, [](const ConfigEntry& entry) { return entry.key == "bake"; });
@@ -128,7 +170,8 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     const DomainRequest domain = loadDomain(table.find("domain"), name);
     const auto lights = tablesOf(table.find("light"), "light");
     for (std::size_t i = 0; i < lights.size(); ++i) scene.lights.push_back(loadLight(*lights[i], i + 1));
-    std::map<std::string, std::string> surface_names, object_names;
+    if (const ConfigValue* media = table.find("medium")) loadMedia(*media, context);
+    std::map<std::string, std::string> surface_names, object_names, camera_names;
     const auto surfaces = tablesOf(table.find("surface"), "surface");
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         monitor.checkCancelled();
@@ -141,7 +184,12 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
         scene.objects.push_back(loadObject(*objects[i], i + 1, context));
         refuseTwins(scene.objects.back().name, scene.objects.back().where, object_names);
     }
-    if (const ConfigValue* medium = table.find("medium")) scene.medium = loadMedium(*medium, context);
+    scene.medium = context.water, scene.media = std::move(context.media);
+    const auto cameras = tablesOf(table.find("camera"), "camera");
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        scene.cameras.push_back(loadCamera(*cameras[i], i + 1));
+        refuseTwins(scene.cameras.back().name, scene.cameras.back().where, camera_names);
+    }
     const auto indices = tablesOf(table.find("index"), "index");
     if (indices.size() > 1)
         throw Error(
@@ -157,8 +205,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
                     name);
     if (scene.surfaces.empty())
         throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
-    for (std::size_t i = 0; i < lights.size(); ++i)
-        if (scene.lights[i].position) aimPointLight(scene.lights[i], scene.surfaces.front(), lights[i]->where);
+    for (Light& light : scene.lights) aimLight(light, scene.surfaces.front());
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
@@ -174,6 +221,12 @@ Scene loadScene(const std::string& path, int frame, Monitor& monitor) {
         throw Error(ErrorCode::Input, fmt::format("'{}': bare glTF scenes are not built yet; write a scene file that "
                                                   "names it as the mesh of a [[surface]] or [[object]]",
                                                   path));
+    std::error_code unknown;
+    if (const auto size = std::filesystem::file_size(file, unknown); !unknown && size > kLargestScene)
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("'{}' has {} bytes; a scene may have up to {}: large meshes and maps are files of their own",
+                        path, size, kLargestScene));
     monitor.progress("scene", 0);
     Scene scene = parseScene(readFileBytes(path), path, file.parent_path().string(), frame, monitor);
     monitor.progress("scene", 1);

@@ -39,12 +39,12 @@ std::shared_ptr<const HeightField> loadWaves(const TableReader& surface, HeightF
         const TableReader table(item, "a wave", {"amplitude", "wavelength", "direction", "phase", "speed"});
         const auto amplitude = table.number("amplitude", anyNumber("m"));
         if (!amplitude) table.missing("amplitude", "0.02 [m]");
-        const auto wavelength = table.number("wavelength", positive("m"));
+        const auto wavelength = table.number("wavelength", between(1e-6, 1e9, "m"));
         if (!wavelength) table.missing("wavelength", "0.5 [m]");
         Wave wave{*amplitude, *wavelength, table.heading("direction").value_or(glm::dvec2(1, 0)),
-                  table.number("phase", anyNumber("rad")).value_or(0)};
+                  table.number("phase", withinReach("rad")).value_or(0)};
         const double k = 2 * std::numbers::pi / wave.wavelength;
-        const auto speed = table.number("speed", anyNumber("m/s"));
+        const auto speed = table.number("speed", withinReach("m/s"));
         if (speed || deep_water) {
             context.animated = true;
             wave.phase -= (speed ? k * *speed : std::sqrt(kGravity * k)) * time;

@@ -8,7 +8,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <unordered_map>
 
 #include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
@@ -73,6 +72,26 @@ std::string extensionOf(const std::string& path) {
 
 }  // namespace
 
+bool addPolygon(RawMesh& mesh, const std::vector<std::uint32_t>& corners) {
+    const std::size_t n = corners.size();
+    const auto triangle = [&](std::size_t apex, std::size_t i) {
+        return std::array{corners[apex], corners[(apex + i - 1) % n], corners[(apex + i) % n]};
+    };
+    // The polygon's own area vector is the same from every apex; no triangle of a fan that fits turns against it.
+    glm::dvec3 area(0);
+    for (std::size_t i = 2; i < n; ++i) area += doubleArea(mesh.positions, triangle(0, i));
+    for (std::size_t apex = 0; apex < n; ++apex) {
+        bool fits = true;
+        // Rounding lets triangles in a line turn by a little.
+        for (std::size_t i = 2; i < n && fits && n > 3; ++i)
+            fits = !(glm::dot(doubleArea(mesh.positions, triangle(apex, i)), area) < -1e-12 * glm::dot(area, area));
+        if (!fits) continue;
+        for (std::size_t i = 2; i < n; ++i) mesh.triangles.push_back(triangle(apex, i));
+        return true;
+    }
+    return false;
+}
+
 TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor) {
     for (std::size_t i = 0; i < raw.positions.size(); ++i) {
         const glm::dvec3& p = raw.positions[i];
@@ -80,7 +99,10 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
             throw Error(ErrorCode::Input, fmt::format("'{}': vertex {} is at ({}, {}, {}); positions must be finite",
                                                       path, i, p.x, p.y, p.z));
     }
-    if (raw.triangles.empty()) throw Error(ErrorCode::Input, fmt::format("'{}' has no triangles", path));
+    if (raw.triangles.empty())
+        throw Error(ErrorCode::Input, fmt::format("'{}' has no triangles{}", path,
+                                                  raw.holds.empty() ? "" : fmt::format("; it holds {}", raw.holds)));
+    for (const std::string& warning : raw.warnings) monitor.warn(fmt::format("'{}': {}", path, warning));
     if (up == UpAxis::Y) {
         const auto turn = [](glm::dvec3& v) { v = {v.x, -v.z, v.y}; };
         std::for_each(raw.positions.begin(), raw.positions.end(), turn);
@@ -144,27 +166,6 @@ TriangleMesh withFacetNormals(const TriangleMesh& mesh) {
         out.triangles.push_back({first, first + 1, first + 2});
     }
     return out;
-}
-
-bool hasClosedPart(const TriangleMesh& mesh) {
-    // Connected parts by joining the vertices of each triangle.
-    std::vector<std::uint32_t> part(mesh.positions.size());
-    std::iota(part.begin(), part.end(), 0u);
-    const auto root = [&](std::uint32_t i) {
-        while (part[i] != i) i = part[i] = part[part[i]];
-        return i;
-    };
-    std::unordered_map<std::uint64_t, int> uses;
-    for (const auto& t : mesh.triangles)
-        for (int e = 0; e < 3; ++e) {
-            const std::uint32_t a = t[static_cast<std::size_t>(e)], b = t[static_cast<std::size_t>((e + 1) % 3)];
-            ++uses[std::uint64_t(std::min(a, b)) << 32 | std::max(a, b)];
-            part[root(a)] = root(b);
-        }
-    std::vector<char> open(mesh.positions.size(), 0);
-    for (const auto& [edge, count] : uses)
-        if (count == 1) open[root(static_cast<std::uint32_t>(edge >> 32))] = 1;
-    return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) { return !open[root(t[0])]; });
 }
 
 TriangleMesh loadMesh(const std::string& path, std::optional<UpAxis> up, Monitor& monitor,

@@ -22,7 +22,13 @@ struct RawMesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::dvec3> normals;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into positions; checked by the readers
+    std::string holds;                  ///< what the file has where it has no triangles: "4 vertices, but no face"
+    std::vector<std::string> warnings;  ///< what of the file was left out, and what would do
 };
+
+/// Cuts a polygon of at least 3 corners into a fan of triangles from one of its corners, the first where it is convex.
+/// @return false, with nothing added, for a hollow one that no fan covers
+bool addPolygon(RawMesh& mesh, const std::vector<std::uint32_t>& corners);
 
 /// Readers of one format each, from the file's bytes; `path` is for messages.
 /// @throws Error{Input} with the line or element to blame
@@ -41,9 +47,6 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
 
 /// Every triangle with vertices and a normal of its own.
 TriangleMesh withFacetNormals(const TriangleMesh& mesh);
-
-/// Some connected part of a welded mesh has no edge that belongs to one triangle only.
-bool hasClosedPart(const TriangleMesh& mesh);
 
 /// Reads .obj, .ply, .gltf or .glb by the name's end.
 /// @param up         Z up for OBJ and PLY and Y up for glTF where absent

@@ -1,44 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include <charconv>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <glm/ext/quaternion_double.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <set>
+#include <nlohmann/json.hpp>
 
-#include "bake/image/atomic_file.h"
 #include "bake/libraries/tiny_gltf.h"
 #include "bake/report/error.h"
+#include "bake/scene/gltf_container.h"
 #include "bake/scene/mesh_file.h"
+#include "bake/scene/plain_text.h"
 
 namespace photic {
 namespace {
 
-using UseBytes = std::function<void(std::string_view)>;
+constexpr std::size_t kMostElements = std::size_t{1} << 28;   // of an accessor
+constexpr std::size_t kMostTriangles = std::size_t{1} << 27;  // of a file
 
 bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
     return true;
 }
 
-bool fileExists(const std::string& path, void*) { return std::filesystem::is_regular_file(path); }
-std::string samePath(const std::string& path, void*) { return path; }
-bool readWholeFile(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* use_bytes) {
-    try {
-        const std::string bytes = readFileBytes(path);
-        (*static_cast<const UseBytes*>(use_bytes))(bytes);
-        out->assign(bytes.begin(), bytes.end());
-        return true;
-    } catch (const Error& failure) {
-        *error = failure.what();
-        return false;
-    }
+/// The buffer of the container that a name stands for, or null.
+const std::string* bufferNamed(const std::string& name, void* container) {
+    constexpr std::string_view kPrefix = "photic-buffer-";
+    const auto& buffers = static_cast<const GltfContainer*>(container)->buffers;
+    const std::size_t at = name.rfind(kPrefix);
+    std::size_t i = buffers.size();
+    if (at != name.npos) std::from_chars(name.data() + at + kPrefix.size(), name.data() + name.size(), i);
+    return i < buffers.size() ? &buffers[i] : nullptr;
 }
+
+bool bufferExists(const std::string& name, void* container) { return bufferNamed(name, container) != nullptr; }
+std::string sameName(const std::string& name, void*) { return name; }
+bool takeBuffer(std::vector<unsigned char>* out, std::string*, const std::string& name, void* container) {
+    const std::string* bytes = bufferNamed(name, container);
+    if (bytes) out->assign(bytes->begin(), bytes->end());
+    return bytes != nullptr;
+}
+bool sizeOfBuffer(std::size_t* size, std::string*, const std::string& name, void* container) {
+    const std::string* bytes = bufferNamed(name, container);
+    if (bytes) *size = bytes->size();
+    return bytes != nullptr;
+}
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class GltfReader {
 public:
@@ -46,13 +58,6 @@ public:
         : model_(model), path_(path), visited_(model.nodes.size(), 0) {}
 
     RawMesh read() {
-        static const std::set<std::string> compressing{"KHR_draco_mesh_compression", "EXT_meshopt_compression",
-                                                       "KHR_mesh_quantization"};
-        for (const std::string& extension : model_.extensionsRequired)
-            if (compressing.count(extension))
-                fail(fmt::format("needs the extension {}, which is not read; export without mesh compression",
-                                 extension));
-
         if (model_.scenes.empty()) {
             std::vector<char> is_child(model_.nodes.size(), 0);
             for (const tinygltf::Node& node : model_.nodes)
@@ -63,8 +68,13 @@ public:
             const std::size_t scene =
                 model_.defaultScene < 0 ? 0 : checked(model_.defaultScene, model_.scenes.size(), "scene");
             for (const int node : model_.scenes[scene].nodes) addNode(node, glm::dmat4(1), 0);
+            if (model_.scenes.size() > 1)
+                mesh_.warnings.push_back(fmt::format("of its {} scenes only the default one, '{}', is read",
+                                                     model_.scenes.size(), excerpt(model_.scenes[scene].name)));
         }
         if (!has_normals_) mesh_.normals.clear();
+        mesh_.holds = fmt::format("{} meshes, of which the scene shows {} with points or lines, and no triangle",
+                                  model_.meshes.size(), thin_);
         return std::move(mesh_);
     }
 
@@ -100,79 +110,193 @@ private:
         const std::size_t i = checked(index, model_.nodes.size(), "node");
         // A node has one parent: a second visit is a loop or a knot.
         if (visited_[i]++ || depth > 1000)
-            fail(
-                fmt::format("node {} ('{}') has more than one parent; nodes must form trees", i, model_.nodes[i].name));
+            fail(fmt::format("node {} ('{}') has more than one parent; nodes must form trees", i,
+                             excerpt(model_.nodes[i].name)));
         const tinygltf::Node& node = model_.nodes[i];
         const glm::dmat4 world_from_node = world_from_parent * transformOf(node);
-        if (node.mesh >= 0)
-            for (const tinygltf::Primitive& primitive :
-                 model_.meshes[checked(node.mesh, model_.meshes.size(), "mesh")].primitives)
-                addPrimitive(primitive, world_from_node, node.name);
+        if (node.mesh >= 0) addMesh(node, world_from_node);
         for (const int child : node.children) addNode(child, world_from_node, depth + 1);
     }
 
-    /// Elements of an accessor, each `components` numbers of T, where all of them lie within the buffer.
-    template <typename T, typename Use>
-    void forEachElement(const tinygltf::Accessor& accessor, int index, std::size_t components, const Use& use) const {
-        if (accessor.sparse.isSparse || accessor.bufferView < 0)
-            fail(fmt::format("accessor {} is sparse, which is not read; export plain buffers", index));
+    void addMesh(const tinygltf::Node& node, const glm::dmat4& world_from_node) {
+        if (node.skin >= 0)
+            fail(fmt::format("node '{}' is bent by bones (a skin), which is not read; apply the armature before export",
+                             excerpt(node.name)));
+        const tinygltf::Mesh& mesh = model_.meshes[checked(node.mesh, model_.meshes.size(), "mesh")];
+        const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+        for (const glm::dmat4& node_from_instance : instancesOf(node))
+            for (const tinygltf::Primitive& primitive : mesh.primitives)
+                addPrimitive(primitive, weights, world_from_node * node_from_instance, node.name);
+    }
+
+    /// Copies of a node's mesh (EXT_mesh_gpu_instancing), or the one.
+    std::vector<glm::dmat4> instancesOf(const tinygltf::Node& node) const {
+        const auto extension = node.extensions.find("EXT_mesh_gpu_instancing");
+        if (extension == node.extensions.end()) return {glm::dmat4(1)};
+        const tinygltf::Value attributes =
+            extension->second.Has("attributes") ? extension->second.Get("attributes") : tinygltf::Value();
+        std::vector<glm::dmat4> out;
+        const auto forEach = [&](const char* name, std::size_t components, const auto& use) {
+            if (!attributes.Has(name)) return;
+            const std::vector<double> values = numbers(attributes.Get(name).GetNumberAsInt(), components, name);
+            const std::size_t count = values.size() / components;
+            if (!out.empty() && out.size() != count)
+                fail(fmt::format("node '{}' has {} instances by one attribute and {} by {}", excerpt(node.name),
+                                 out.size(), count, name));
+            out.resize(count, glm::dmat4(1));
+            for (std::size_t i = 0; i < count; ++i) use(out[i], &values[i * components]);
+        };
+        forEach("ROTATION", 4, [](glm::dmat4& m, const double* v) {
+            m = glm::mat4_cast(glm::normalize(glm::dquat(v[3], v[0], v[1], v[2])));
+        });
+        forEach("SCALE", 3, [](glm::dmat4& m, const double* v) {
+            for (int a = 0; a < 3; ++a) m[a] *= v[a];
+        });
+        forEach("TRANSLATION", 3, [](glm::dmat4& m, const double* v) { m[3] = glm::dvec4(v[0], v[1], v[2], 1); });
+        return out;
+    }
+
+    /// Elements that follow one another in a buffer view.
+    struct Run {
+        int buffer_view = -1;
+        std::size_t byte_offset = 0;
+        std::size_t count = 0, components = 0;
+        int component_type = 0;
+        bool normalised = false;  ///< integers stand for fractions of their largest
+    };
+
+    template <typename T>
+    void copyRun(const Run& run, const unsigned char* at, std::size_t step, double* out) const {
+        const double unit = run.normalised && std::numeric_limits<T>::is_integer
+                                ? 1.0 / static_cast<double>(std::numeric_limits<T>::max())
+                                : 1.0;
+        for (std::size_t i = 0; i < run.count; ++i, at += step)
+            for (std::size_t c = 0; c < run.components; ++c) {
+                T value;
+                std::memcpy(&value, at + c * sizeof(T), sizeof(T));
+                *out++ = std::max(static_cast<double>(value) * unit, unit == 1 ? -kInfinity : -1.0);
+            }
+    }
+
+    /// The numbers of a run, where all of it lies within its buffer.
+    std::vector<double> readRun(const Run& run, int accessor, std::size_t stride) const {
         const tinygltf::BufferView& view =
-            model_.bufferViews[checked(accessor.bufferView, model_.bufferViews.size(), "buffer view")];
+            model_.bufferViews[checked(run.buffer_view, model_.bufferViews.size(), "buffer view")];
         const std::vector<unsigned char>& data =
             model_.buffers[checked(view.buffer, model_.buffers.size(), "buffer")].data;
-        const int stride = accessor.ByteStride(view);
-        const std::size_t size = components * sizeof(T), step = static_cast<std::size_t>(std::max(stride, 0));
+        const int component = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(run.component_type));
+        const std::size_t size = run.components * static_cast<std::size_t>(std::max(component, 0));
+        const std::size_t step = stride > 0 ? stride : size;
         const std::size_t room =
             data.size() < view.byteOffset ? 0 : std::min(data.size() - view.byteOffset, view.byteLength);
-        const bool fits = stride > 0 && step >= size && accessor.byteOffset <= room &&
-                          room - accessor.byteOffset >= size && accessor.count > 0 &&
-                          accessor.count - 1 <= (room - accessor.byteOffset - size) / step;
+        const bool fits = size > 0 && step >= size && run.byte_offset <= room && room - run.byte_offset >= size &&
+                          run.count > 0 && run.count - 1 <= (room - run.byte_offset - size) / step;
         if (!fits)
             fail(fmt::format("accessor {} ({} elements) reaches beyond its buffer; the file is damaged or truncated",
-                             index, accessor.count));
-        const unsigned char* at = data.data() + view.byteOffset + accessor.byteOffset;
-        for (std::size_t i = 0; i < accessor.count; ++i, at += step) {
-            T values[4];
-            std::memcpy(values, at, size);
-            use(values);
+                             accessor, run.count));
+        std::vector<double> out(run.count * run.components);
+        const unsigned char* at = data.data() + view.byteOffset + run.byte_offset;
+        switch (run.component_type) {
+            case TINYGLTF_COMPONENT_TYPE_BYTE:
+                copyRun<std::int8_t>(run, at, step, out.data());
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+                copyRun<std::uint8_t>(run, at, step, out.data());
+                break;
+            case TINYGLTF_COMPONENT_TYPE_SHORT:
+                copyRun<std::int16_t>(run, at, step, out.data());
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+                copyRun<std::uint16_t>(run, at, step, out.data());
+                break;
+            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+                copyRun<std::uint32_t>(run, at, step, out.data());
+                break;
+            case TINYGLTF_COMPONENT_TYPE_FLOAT:
+                copyRun<float>(run, at, step, out.data());
+                break;
+            default:
+                fail(fmt::format("accessor {} holds numbers of type {}, which glTF does not know", accessor,
+                                 run.component_type));
         }
+        return out;
+    }
+
+    /// All numbers of an accessor, with what a sparse one replaces.
+    std::vector<double> numbers(int index, std::size_t components, const char* what) const {
+        const tinygltf::Accessor& accessor = model_.accessors[checked(index, model_.accessors.size(), "accessor")];
+        if (tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) != static_cast<int>(components))
+            fail(fmt::format("accessor {} ({}) does not hold {} numbers an element", index, what, components));
+        if (accessor.count > kMostElements)
+            fail(fmt::format("accessor {} has {} elements; up to {} are read", index, accessor.count, kMostElements));
+        Run run{accessor.bufferView, accessor.byteOffset,    accessor.count,
+                components,          accessor.componentType, accessor.normalized};
+        std::vector<double> out;
+        if (accessor.bufferView >= 0) {
+            const tinygltf::BufferView& view =
+                model_.bufferViews[checked(accessor.bufferView, model_.bufferViews.size(), "buffer view")];
+            out = readRun(run, index, view.byteStride);
+        } else {
+            out.assign(accessor.count * components, 0.0);  // the standard's meaning
+        }
+        if (!accessor.sparse.isSparse) return out;
+        const auto& sparse = accessor.sparse;
+        const auto count = static_cast<std::size_t>(std::max(sparse.count, 0));
+        const std::vector<double> places =
+            readRun({sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count, 1,
+                     sparse.indices.componentType, false},
+                    index, 0);
+        run.buffer_view = sparse.values.bufferView, run.count = count;
+        run.byte_offset = static_cast<std::size_t>(sparse.values.byteOffset);
+        const std::vector<double> values = readRun(run, index, 0);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (!(places[i] >= 0 && places[i] < static_cast<double>(accessor.count)))
+                fail(fmt::format("accessor {} replaces element {} of {}", index, places[i], accessor.count));
+            std::copy_n(&values[i * components], components, &out[static_cast<std::size_t>(places[i]) * components]);
+        }
+        return out;
     }
 
     std::vector<glm::dvec3> vectors(int index, const char* what) const {
-        const tinygltf::Accessor& accessor = model_.accessors[checked(index, model_.accessors.size(), "accessor")];
-        if (accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT || accessor.type != TINYGLTF_TYPE_VEC3)
-            fail(fmt::format("accessor {} ({}) does not hold float vectors; export without quantisation", index, what));
-        std::vector<glm::dvec3> out;
-        forEachElement<float>(accessor, index, 3, [&](const float* v) { out.emplace_back(v[0], v[1], v[2]); });
+        const std::vector<double> flat = numbers(index, 3, what);
+        std::vector<glm::dvec3> out(flat.size() / 3);
+        for (std::size_t i = 0; i < out.size(); ++i) out[i] = {flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]};
         return out;
     }
 
     std::vector<std::uint32_t> indices(int index) const {
-        const tinygltf::Accessor& accessor = model_.accessors[checked(index, model_.accessors.size(), "accessor")];
-        std::vector<std::uint32_t> out;
-        const auto add = [&](const auto* v) { out.push_back(static_cast<std::uint32_t>(v[0])); };
-        switch (accessor.componentType) {
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                forEachElement<std::uint8_t>(accessor, index, 1, add);
-                break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                forEachElement<std::uint16_t>(accessor, index, 1, add);
-                break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                forEachElement<std::uint32_t>(accessor, index, 1, add);
-                break;
-            default:
-                fail(fmt::format("accessor {} holds indices of type {}; 8, 16 or 32 unsigned bits are read", index,
-                                 accessor.componentType));
+        const int type = model_.accessors[checked(index, model_.accessors.size(), "accessor")].componentType;
+        if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
+            type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+            fail(fmt::format("accessor {} holds indices of type {}; 8, 16 or 32 unsigned bits are read", index, type));
+        const std::vector<double> flat = numbers(index, 1, "indices");
+        std::vector<std::uint32_t> out(flat.size());
+        std::transform(flat.begin(), flat.end(), out.begin(), [](double v) { return static_cast<std::uint32_t>(v); });
+        return out;
+    }
+
+    /// Positions or normals of a primitive, moved by its morph targets.
+    std::vector<glm::dvec3> attribute(const tinygltf::Primitive& primitive, int accessor, const char* name,
+                                      const std::vector<double>& weights) const {
+        std::vector<glm::dvec3> out = vectors(accessor, name);
+        for (std::size_t t = 0; t < std::min(weights.size(), primitive.targets.size()); ++t) {
+            const auto moved = primitive.targets[t].find(name);
+            if (weights[t] == 0 || moved == primitive.targets[t].end()) continue;
+            const std::vector<glm::dvec3> by = vectors(moved->second, name);
+            if (by.size() != out.size())
+                fail(fmt::format("morph target {} moves {} vertices of {}", t, by.size(), out.size()));
+            for (std::size_t i = 0; i < out.size(); ++i) out[i] += weights[t] * by[i];
         }
         return out;
     }
 
-    void addPrimitive(const tinygltf::Primitive& primitive, const glm::dmat4& world_from_node,
-                      const std::string& name) {
+    void addPrimitive(const tinygltf::Primitive& primitive, const std::vector<double>& weights,
+                      const glm::dmat4& world_from_node, const std::string& name) {
         if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE ||
-            primitive.mode == TINYGLTF_MODE_LINE_LOOP || primitive.mode == TINYGLTF_MODE_LINE_STRIP)
+            primitive.mode == TINYGLTF_MODE_LINE_LOOP || primitive.mode == TINYGLTF_MODE_LINE_STRIP) {
+            ++thin_;
             return;  // no surface
+        }
         if (primitive.mode != TINYGLTF_MODE_TRIANGLES && primitive.mode != -1)
             fail(fmt::format("node '{}' is made of strips or fans (mode {}), which are not read; export triangles",
                              name, primitive.mode));
@@ -180,7 +304,7 @@ private:
         if (position == primitive.attributes.end()) return;  // nothing to draw, says the standard
 
         const auto base = static_cast<std::uint32_t>(mesh_.positions.size());
-        const std::vector<glm::dvec3> positions = vectors(position->second, "POSITION");
+        const std::vector<glm::dvec3> positions = attribute(primitive, position->second, "POSITION", weights);
         for (const glm::dvec3& p : positions) mesh_.positions.push_back(glm::dvec3(world_from_node * glm::dvec4(p, 1)));
 
         const glm::dmat3 linear(world_from_node);
@@ -188,7 +312,7 @@ private:
         const auto normal = primitive.attributes.find("NORMAL");
         mesh_.normals.resize(mesh_.positions.size(), glm::dvec3(0));
         if (normal != primitive.attributes.end() && determinant != 0) {
-            const std::vector<glm::dvec3> normals = vectors(normal->second, "NORMAL");
+            const std::vector<glm::dvec3> normals = attribute(primitive, normal->second, "NORMAL", weights);
             if (normals.size() != positions.size())
                 fail(fmt::format("node '{}' has {} positions and {} normals", name, positions.size(), normals.size()));
             const glm::dmat3 world_from_normal = glm::transpose(glm::inverse(linear));
@@ -203,6 +327,8 @@ private:
             for (std::uint32_t i = 0; i < positions.size(); ++i) corners.push_back(i);
         if (corners.size() % 3 != 0)
             fail(fmt::format("node '{}' has {} corners, no multiple of 3", name, corners.size()));
+        if (mesh_.triangles.size() + corners.size() / 3 > kMostTriangles)
+            fail(fmt::format("has more than {} triangles with all its instances; simplify it", kMostTriangles));
         for (std::size_t i = 0; i < corners.size(); i += 3) {
             std::array<std::uint32_t, 3> triangle{corners[i], corners[i + 1], corners[i + 2]};
             for (std::uint32_t& corner : triangle) {
@@ -220,29 +346,27 @@ private:
     const std::string& path_;
     std::vector<char> visited_;
     bool has_normals_ = false;
+    int thin_ = 0;
     RawMesh mesh_;
 };
 
 }  // namespace
 
-RawMesh readGltf(const std::string& bytes, const std::string& path, const UseBytes& use_bytes) {
-    if (bytes.size() > std::numeric_limits<unsigned>::max())
+RawMesh readGltf(const std::string& bytes, const std::string& path,
+                 const std::function<void(std::string_view)>& use_bytes) {
+    GltfContainer container = openGltf(bytes, path, use_bytes);
+    if (container.json.size() > std::numeric_limits<unsigned>::max())
         throw Error(ErrorCode::Input,
-                    fmt::format("'{}' has {} bytes; a glTF may have up to 4 GiB", path, bytes.size()));
+                    fmt::format("'{}' has {} bytes of JSON; it may have up to 4 GiB", path, container.json.size()));
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(ignoreImage, nullptr);
-    gltf::useFiles(loader, {fileExists, samePath, readWholeFile, const_cast<UseBytes*>(&use_bytes)});
+    gltf::useFiles(loader, {bufferExists, sameName, takeBuffer, sizeOfBuffer, &container});
     tinygltf::Model model;
     std::string error, warning;
     bool ok = false;
     try {
-        const std::string directory = std::filesystem::path(path).parent_path().string();
-        const auto length = static_cast<unsigned>(bytes.size());
-        const bool binary = bytes.compare(0, 4, "glTF") == 0;
-        ok = binary
-                 ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                               reinterpret_cast<const unsigned char*>(bytes.data()), length, directory)
-                 : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), length, directory);
+        ok = loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(),
+                                        static_cast<unsigned>(container.json.size()), "");
     } catch (const std::exception& failure) {
         error = failure.what();
     }
@@ -251,7 +375,10 @@ RawMesh readGltf(const std::string& bytes, const std::string& path, const UseByt
         throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or no glTF 2.0: {}", path,
                                                   error.empty() ? "unknown reason" : error));
     }
-    return GltfReader(model, path).read();
+    container.buffers.clear();  // the model has its own
+    RawMesh mesh = GltfReader(model, path).read();
+    mesh.warnings.insert(mesh.warnings.begin(), container.warnings.begin(), container.warnings.end());
+    return mesh;
 }
 
 }  // namespace photic

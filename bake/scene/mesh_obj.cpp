@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefront OBJ: v, vn and f; everything else in the format is about looks and is passed over. Read here because
-// messages name the line that is wrong.
+// Wavefront OBJ: v, vn and f. What else shapes a surface (curves, patches) is refused by name; the rest of the format
+// is about looks and is passed over. Read here because messages name the line that is wrong.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <unordered_map>
 
 #include "bake/report/error.h"
 #include "bake/scene/mesh_file.h"
+#include "bake/scene/plain_text.h"
 
 namespace photic {
 namespace {
@@ -17,12 +20,23 @@ public:
     explicit ObjReader(const std::string& path) : path_(path) {}
 
     RawMesh read(std::string_view text) {
+        std::string joined;
         while (!text.empty()) {
-            const std::size_t end = std::min(text.find('\n'), text.size());
+            std::string_view line = takeLine(text);
             ++line_;
-            readLine(text.substr(0, end));
-            text.remove_prefix(std::min(end + 1, text.size()));
+            std::size_t taken = 0;
+            // A backslash at its end goes on with the next line; in a comment it belongs to a Windows path.
+            if (!line.empty() && line.back() == '\\' && line.front() != '#') {
+                joined.clear();
+                for (; !line.empty() && line.back() == '\\'; line = takeLine(text), ++taken)
+                    joined.append(line.substr(0, line.size() - 1)) += ' ';
+                line = joined.append(line);
+            }
+            readLine(line);
+            line_ += taken;
         }
+        mesh_.holds =
+            fmt::format("{} vertices, {} lines and {} points, but no face", positions_.size(), lines_, points_);
         return std::move(mesh_);
     }
 
@@ -44,7 +58,8 @@ private:
         if (!word.empty() && word.front() == '+') word.remove_prefix(1);
         double value = 0;
         const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' is no number", word));
+        if (status != std::errc() || end != word.data() + word.size())
+            fail(fmt::format("'{}' is no number", excerpt(word)));
         return value;
     }
 
@@ -57,7 +72,8 @@ private:
     std::size_t index(std::string_view word, std::size_t count, const char* what) const {
         long long value = 0;
         const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (status != std::errc() || end != word.data() + word.size()) fail(fmt::format("'{}' is no index", word));
+        if (status != std::errc() || end != word.data() + word.size())
+            fail(fmt::format("'{}' is no index", excerpt(word)));
         const long long limit = static_cast<long long>(count);
         if (value == 0 || value > limit || value < -limit)
             fail(fmt::format("{} {} is out of range; {} are defined so far", what, value, count));
@@ -91,13 +107,27 @@ private:
             for (std::string_view word = nextWord(rest); !word.empty(); word = nextWord(rest))
                 polygon.push_back(corner(word));
             if (polygon.size() < 3) fail(fmt::format("a face has {} corners; at least 3 are needed", polygon.size()));
-            for (std::size_t i = 2; i < polygon.size(); ++i)
-                mesh_.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
+            if (!addPolygon(mesh_, polygon))
+                fail(fmt::format(
+                    "a face of {} corners is too hollow to be cut into triangles; triangulate it before export",
+                    polygon.size()));
+        } else if (key == "l") {
+            ++lines_;
+        } else if (key == "p") {
+            ++points_;
+        } else if (std::find(kSmoothShapes.begin(), kSmoothShapes.end(), key) != kSmoothShapes.end()) {
+            fail(fmt::format("'{}' belongs to a curve or a curved patch, which is not read; export triangles", key));
+        } else if (key.find('\0') != key.npos) {
+            fail("it holds bytes that are no text; the file is damaged or no OBJ");
         }
     }
 
+    // The free-form part of the format.
+    static constexpr std::array<std::string_view, 9> kSmoothShapes{"curv", "curv2", "surf", "cstype", "bmat",
+                                                                   "trim", "bzp",   "bsp",  "cdc"};
+
     const std::string& path_;
-    std::size_t line_ = 0;
+    std::size_t line_ = 0, lines_ = 0, points_ = 0;
     std::vector<glm::dvec3> positions_, normals_;
     std::unordered_map<std::uint64_t, std::uint32_t> corners_;
     RawMesh mesh_;
@@ -105,6 +135,8 @@ private:
 
 }  // namespace
 
-RawMesh readObj(const std::string& bytes, const std::string& path) { return ObjReader(path).read(bytes); }
+RawMesh readObj(const std::string& bytes, const std::string& path) {
+    return ObjReader(path).read(plainText(bytes, path));
+}
 
 }  // namespace photic

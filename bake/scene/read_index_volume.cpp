@@ -65,7 +65,8 @@ openvdb::FloatGrid::ConstPtr chooseGrid(const std::string& path, const openvdb::
 
 }  // namespace
 
-IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, const std::string& name, double medium) {
+IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, const std::string& name, double medium,
+                            Monitor& monitor) {
     const openvdb::GridPtrVec grids = gridsOf(path, bytes);
     const auto grid = chooseGrid(path, grids, name);
     if (!grid->transform().isLinear())
@@ -78,6 +79,12 @@ IndexVolume readIndexVolume(const std::string& path, const std::string& bytes, c
         refuse(path,
                fmt::format("grid {} spans {} x {} x {} voxels, more than the {} that are read; crop or coarsen it",
                            grid->getName(), size.x(), size.y(), size.z(), kMostVoxels));
+
+    if (grid->saveFloatAsHalf())
+        monitor.warn(fmt::format(
+            "'{}': grid {} is stored as half floats, which hold an index near 1.33 to 0.001: light bends at "
+            "its steps; save 32-bit floats",
+            path, grid->getName()));
 
     IndexVolume::Samples samples;
     const auto mat = grid->transform().baseMap()->getAffineMap()->getMat4();

@@ -25,7 +25,8 @@ Medium sideOf(const Scene& scene, const Surface& surface, Side side) {
         medium.ior = surface.ior_above;
         return medium;
     }
-    if (surface.event != SurfaceEvent::Reflect && surface.event != SurfaceEvent::Mirror) medium = scene.medium;
+    const bool lets_in = surface.event != SurfaceEvent::Reflect && surface.event != SurfaceEvent::Mirror;
+    if (lets_in && !surface.closed) medium = scene.medium;  // the water lies around what is closed
     medium.ior = surface.ior_below;
     return medium;
 }

@@ -213,7 +213,7 @@ struct Scene {
 
 enum class Side { Above, Below };
 /// What lies on a side of a surface, whether it is named or given by ior_above, ior_below and Scene::medium (which is
-/// below surfaces that let light in). Its `ior` is always set.
+/// below open surfaces that let light in). Its `ior` is always set.
 Medium sideOf(const Scene& scene, const Surface& surface, Side side);
 
 }  // namespace photic

@@ -11,6 +11,7 @@
 
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
+#include "bake/scene/plain_text.h"
 #include "bake/scene/unit_vector.h"
 
 namespace photic {
@@ -76,7 +77,18 @@ const std::string& TableReader::where(const std::string& key) const {
 }
 
 void TableReader::failAt(const std::string& where, const std::string& message) const {
-    throw Error(ErrorCode::Input, message, where);
+    throw Error(ErrorCode::Input, visible(message), where);
+}
+
+void TableReader::refuseControl(const std::string& key, const ConfigValue& value) const {
+    const auto bad = std::find_if(value.string.begin(), value.string.end(), [](char c) {
+        const auto byte = static_cast<unsigned char>(c);
+        return byte < 0x20 || byte == 0x7f;
+    });
+    if (bad != value.string.end())
+        failAt(value.where,
+               fmt::format("'{}' holds the control character {} at its character {}; names and files have none", key,
+                           visible(std::string(1, *bad)), bad - value.string.begin() + 1));
 }
 
 void TableReader::missing(const std::string& key, const std::string& example) const {
@@ -141,6 +153,7 @@ std::optional<std::string> TableReader::text(const std::string& key) const {
     if (value->kind != ConfigValue::Kind::String)
         fail(key, fmt::format("'{}' is {}; it must be a string", key, value->kindName()));
     if (value->string.empty()) fail(key, fmt::format("'{}' is empty", key));
+    refuseControl(key, *value);
     return value->string;
 }
 
@@ -164,6 +177,7 @@ std::optional<std::vector<std::string>> TableReader::texts(const std::string& ke
     for (const ConfigValue& item : value->items) {
         if (item.kind != ConfigValue::Kind::String)
             failAt(item.where, fmt::format("'{}' contains {}; it must be an array of strings", key, item.kindName()));
+        refuseControl(key, item);
         out.push_back(item.string);
     }
     return out;

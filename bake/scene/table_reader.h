@@ -27,6 +27,9 @@ inline Bounds anyNumber(const char* unit) {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false, unit};
 }
 
+/// A place or a length that floating point still resolves to micrometres.
+inline Bounds withinReach(const char* unit) { return {-1e9, 1e9, false, unit}; }
+
 /// Typed access to one table. The constructor refuses keys that it does not know; every getter refuses a wrong type, a
 /// value that is not finite and one out of bounds, each with the key's place, the value, the limit and what would do.
 class TableReader {
@@ -68,6 +71,7 @@ public:
 
 private:
     [[noreturn]] void failAt(const std::string& where, const std::string& message) const;
+    void refuseControl(const std::string& key, const ConfigValue& value) const;
     double checkedNumber(const ConfigValue& value, const std::string& key, const Bounds& bounds) const;
     void numbers(const ConfigValue& value, const std::string& key, const Bounds& bounds, std::size_t count,
                  double* out) const;

@@ -88,6 +88,18 @@ TEST_F(IndexVolumes, LayersNeedNoFile) {
     EXPECT_NEAR(loadWith("[[index]]\nlayers = [{ z = 0, n = 1.4 }]\n").index->at({1, 2, 3}), 1.4, 1e-6);
 }
 
+TEST_F(IndexVolumes, HalfFloatsAreWarnedAbout) {
+    auto grid = boxGrid("n");
+    writeGrids({grid});
+    loadWith(kIndexFile);
+    EXPECT_TRUE(warnings_.messages.empty());
+    grid->setSaveFloatAsHalf(true);
+    writeGrids({grid});
+    loadWith(kIndexFile);
+    ASSERT_EQ(warnings_.messages.size(), 1u);
+    EXPECT_NE(warnings_.messages[0].find("half floats, which hold an index near 1.33 to 0.001"), std::string::npos);
+}
+
 TEST_F(IndexVolumes, BadOnesAreRefused) {
     refusedIndex(kIndexFile, "s.toml:14:1", {"index.vdb", "No such file"});
     refusedIndex("[[index]]\n", "s.toml:13:1", {"'file'", "layers"});
@@ -124,20 +136,6 @@ TEST_F(IndexVolumes, BadOnesAreRefused) {
         writeGrids({grid});
         refusedIndex(kIndexFile, "s.toml:14:1", {"voxel (1, -2, 3)", "0.01", "100"});
     }
-}
-
-TEST_F(IndexVolumes, PointLightsAreAimedAtTheSurface) {
-    SceneText text;
-    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 2]\npower = 100\n";
-    const Scene scene = load(text);
-    EXPECT_EQ(scene.lights[0].direction, glm::dvec3(0, 0, -1));
-    EXPECT_NEAR(scene.lights[0].irradiance.x, 100 / (4 * M_PI * 4), 1e-9);
-    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, -0.1]\npower = 100\n";
-    refused(text.all(), "s.toml:6:1", {"not above", "raise it"});
-    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 2]\npower = 100\ndirection = [0, 0, -1]\n";
-    refused(text.all(), "s.toml:10:1", {"'direction' is a sun's"});
-    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 2]\n";
-    refused(text.all(), "s.toml:6:1", {"'power'"});
 }
 
 }  // namespace

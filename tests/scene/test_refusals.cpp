@@ -57,12 +57,9 @@ TEST_F(Refusals, UnknownKeysEverywhere) {
 }
 
 TEST_F(Refusals, NotBuiltYet) {
-    for (const char* type : {"spot", "rectangle"})
-        refusedLight(std::string("type = \"") + type + "\"\ndirection = [0, 0, -1]", "s.toml:7:1",
-                     {type, "not built yet", "sun"});
     refusedSurface("flat = true\ndispersion = 1", "s.toml:11:1", {"'dispersion' in [[surface]] is not built yet"});
-    refusedRest("[bake]\nbounces = 2\n", "s.toml:14:1", {"'bounces' in [bake] is not built yet"});
-    refusedSurface("file = \"a.vdb\"\nsize = [4, 4]", "s.toml:10:1", {"(.vdb)", "not built yet"});
+    refusedRest("[bake]\nseconds = 2\n", "s.toml:14:1", {"'seconds' in [bake] is not built yet"});
+    refusedSurface("file = \"a.vdb\"\nsize = [4, 4]", "s.toml:10:1", {"a.vdb' is a volume", "[[index]]"});
     try {
         loadScene("scene.glb", 0, warnings_);
         FAIL();
@@ -176,8 +173,7 @@ TEST_F(Refusals, Media) {
                 {"'absorption' and 'extinction'", "contradict"});
     refusedRest("[medium]\nextinction = 1\nalbedo = 1.5\n", "s.toml:15:1", {"'albedo' is 1.5", "0 to 1"});
     refusedRest("[medium]\nalbedo = 0.5\n", "s.toml:13:1", {"needs 'extinction'"});
-    refusedRest("[[medium]]\nabsorption = 1\n", "s.toml:13:1", {"[medium], not [[medium]]"});
-    refusedRest("[[medium]]\nabsorption = 1\n[[medium]]\nabsorption = 2\n", "s.toml:15:1", {"2 media", "one [medium]"});
+    refusedRest("[[medium]]\nabsorption = 1\n", "s.toml:13:1", {"[[medium]] needs 'name'", "[medium] for the water"});
     refusedRest("[[surface]]\nname = \"oil\"\nflat = true\nior_below = 1.5\n[medium]\nabsorption = 1\n", "s.toml:13:1",
                 {"'water' (ior_below 1.333)", "'oil' (ior_below 1.5)"});
     SceneText text;
@@ -262,6 +258,60 @@ TEST_F(Refusals, SceneFile) {
             }
         }
     EXPECT_GT(errors, 500);
+}
+
+TEST_F(Refusals, NumbersBeyondReach) {
+    refusedDomain("min = [-1e308, 0, 0]\nmax = [1e308, 1, 1]", "s.toml:3:", {"-1e+308", "-1000000000 to 1000000000 m"});
+    refusedDomain("min = [0, 0, 0]\nmax = [1, 1, 1]\nvoxel_size = 1e-5\nlayer_height = 1e-320", "s.toml:2:1",
+                  {"2^38", "larger voxel_size or layer_height"});
+    refusedDomain("min = [0, 0, 0]\nmax = [1, 1, 1]\nvoxel_size = 1e-5", "s.toml:2:1", {"use voxels of 0.000154 m"});
+    SceneText text;
+    text.domain.clear();
+    text.rest = "[[object]]\nsphere = { center = [1e300, 0, 0], radius = 1 }\n";
+    refused(text, "s.toml", {"the scene reaches from", "1e+300 m along x", "give [domain] min and max"});
+    const std::string waves = "size = [4, 4]\nwaves = [{ amplitude = 0.01, ";
+    refusedSurface(waves + "wavelength = 1e-308 }]", "s.toml:11:", {"'wavelength' is 1e-308", "1e-06"});
+    refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1e308, wavelength = 0.001 }]", "s.toml:9:1",
+                   {"no height or slope", "use smaller ones"});
+    text = {};
+    text.head = "photic = 1\nframe_rate = 1e-300\n";
+    refused(text, "s.toml:2:1", {"'frame_rate' is 1e-300"});
+}
+
+TEST_F(Refusals, SunsAtTheHorizonAndLightsThatDrown) {
+    refusedLight("type = \"sun\"\ndirection = [0.9, 0.3, -0.002]", "s.toml:8:1",
+                 {"0.121 degrees above the horizon", "the limit is 0.25", "use a mesh"});
+    refusedLight("type = \"sun\"\ndirection = [1, 0, -0.0002]", "s.toml:8:1", {"the limit is 0.25"});
+    SceneText text;
+    text.light = "[[light]]\ntype = \"sun\"\ndirection = [1, 0, -0.0045]\n";
+    EXPECT_EQ(load(text).lights.size(), 1u);
+    text.light =
+        "[[light]]\ntype = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 1e9\n"
+        "[[light]]\nname = \"moon\"\ntype = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 100\n";
+    refused(text, "s.toml:10:1", {"'moon' has 1e-07 of the irradiance", "a volume of its own"});
+}
+
+TEST_F(Refusals, TextThatIsNone) {
+    refused(std::string("\xff\xfep\0h\0", 6), "", {"UTF-16", "save it as UTF-8"});
+    EXPECT_EQ(load("\xef\xbb\xbf" + SceneText{}.all()).lights.size(), 1u);
+    refusedRest("[[object]]\nname = \"a\\u0000b\"\nplane = { point = [0, 0, 0] }\n", "s.toml:14:1",
+                {"control character \\x00 at its character 2"});
+    refusedRest("[[object]]\nfile = \"a\\u001b[31m.obj\"\n", "s.toml:14:1", {"control character \\x1b"});
+    refusedRest("[bake]\n\"tolerance\\u0000\" = 1\n", "s.toml:14:1",
+                {"'tolerance\\x00' in [bake]", "did you mean 'tolerance'?"});
+}
+
+TEST_F(Refusals, SizesBeforeTheyAreRead) {
+    std::string objects;
+    for (int i = 0; i < 10001; ++i) objects += "[[object]]\nfile = \"not_there.obj\"\n";
+    refusedRest(objects, "s.toml:13:", {"10001 [[object]]", "up to 10000", "one mesh"});
+    write("large.toml", "photic = 1\n" + std::string(17 << 20, '#'));
+    try {
+        loadScene(path("large.toml"), 0, warnings_);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("a scene may have up to 16777216"), std::string::npos) << error.what();
+    }
 }
 
 }  // namespace

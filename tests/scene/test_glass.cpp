@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+// Media, lights, mirrors, spheres, placement and cameras as a scene file gives them, and what of them no method can
+// bake yet.
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "bake/scene/not_built.h"
+#include "tests/scene/scene_texts.h"
+
+namespace photic {
+namespace {
+
+using test::SceneTest;
+using test::SceneText;
+
+class Glass : public SceneTest {
+protected:
+    void refusedRest(const std::string& rest, const std::string& where, const std::vector<std::string>& words) {
+        SceneText text;
+        text.rest = rest;
+        refused(text, where, words);
+    }
+    Scene loadRest(const std::string& rest) {
+        SceneText text;
+        text.rest = rest;
+        return load(text);
+    }
+    Scene loadLightKeys(const std::string& keys) {
+        SceneText text;
+        text.light = "[[light]]\n" + keys + "\n";
+        return load(text);
+    }
+    void refusedLight(const std::string& keys, const std::string& where, const std::vector<std::string>& words) {
+        SceneText text;
+        text.light = "[[light]]\n" + keys + "\n";
+        refused(text, where, words);
+    }
+    void notBuilt(const Scene& scene, const std::vector<std::string>& words) {
+        const std::string why = notBuiltYet(scene);
+        for (const std::string& word : words) EXPECT_NE(why.find(word), std::string::npos) << word << " in: " << why;
+    }
+};
+
+TEST_F(Glass, NamedMediaLieInsideAndOutside) {
+    const Scene scene = loadRest(
+        "[[medium]]\nname = \"glass\"\nabbe = [1.52, 64]\npriority = 2\n"
+        "[[medium]]\nname = \"wine\"\nior = [1.34, 1.345, 1.35]\nabsorption = [8, 30, 40]\n"
+        "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.2\nposition = [0, 1, 2]\ninside = \"glass\"\n"
+        "outside = \"wine\"\nevent = \"both\"\n"
+        "[[surface]]\nname = \"bubble\"\nkind = \"sphere\"\nradius = 0.1\ninside = \"air\"\noutside = \"glass\"\n");
+    ASSERT_EQ(scene.surfaces.size(), 3u);
+    const Surface& ball = scene.surfaces[1];
+    EXPECT_EQ(ball.sphere->center, glm::dvec3(0, 1, 2));
+    EXPECT_EQ(ball.sphere->radius, 0.2);
+    EXPECT_TRUE(ball.closed);
+    EXPECT_EQ(ball.mesh->positions[0], glm::dvec3(0, 1, 2.2));
+    const Medium inside = sideOf(scene, ball, Side::Below), outside = sideOf(scene, ball, Side::Above);
+    EXPECT_EQ(inside.name, "glass");
+    EXPECT_EQ(inside.priority, 2);
+    EXPECT_NEAR(inside.ior.at(RefractiveIndex::kD_nm), 1.52, 1e-12);
+    EXPECT_EQ(outside.name, "wine");
+    EXPECT_EQ(outside.absorption, glm::dvec3(8, 30, 40));
+    EXPECT_EQ(outside.ior.atChannels(), glm::dvec3(1.34, 1.345, 1.35));
+    EXPECT_NEAR(ball.ior_below, 1.52, 1e-12);
+    EXPECT_EQ(sideOf(scene, scene.surfaces[2], Side::Below).ior.at(550), 1);
+    EXPECT_TRUE(scene.coloured());
+    notBuilt(scene, {"'ball' is closed", "not built yet"});
+}
+
+TEST_F(Glass, TheWaterMayStateItsIndex) {
+    // Constant: the same as ior_below. Dispersing: a medium of its own.
+    Scene scene = loadRest("[medium]\nior = 1.34\nabsorption = 0.1\n");
+    EXPECT_EQ(scene.surfaces[0].ior_below, 1.34);
+    EXPECT_EQ(scene.surfaces[0].medium_below, -1);
+    EXPECT_EQ(notBuiltYet(scene), "");
+    scene = loadRest("[medium]\ncauchy = [1.324, 0.0031]\nabsorption = 0.1\n");
+    const Medium below = sideOf(scene, scene.surfaces[0], Side::Below);
+    EXPECT_EQ(below.absorption, glm::dvec3(0.1));
+    EXPECT_NEAR(below.ior.at(500), 1.324 + 0.0031 / 0.25, 1e-12);
+    notBuilt(scene, {"'water'", "not built yet"});
+    scene = loadRest("[[medium]]\nname = \"water\"\nior = 1.33\nscattering = 0.2\n");
+    EXPECT_EQ(scene.medium.scattering, glm::dvec3(0.2));
+    EXPECT_EQ(scene.surfaces[0].ior_below, 1.33);
+    EXPECT_EQ(notBuiltYet(scene), "");
+    const Scene named = loadSurfaceKeys("flat = true\nabove = \"air\"\nbelow = \"water\"");
+    EXPECT_EQ(named.surfaces[0].ior_below, 1.333);
+    EXPECT_EQ(notBuiltYet(named), "");
+}
+
+TEST_F(Glass, MediaThatCannotBeAreRefused) {
+    refusedRest("[[medium]]\nname = \"a\"\n", "s.toml:13:1", {"needs 'ior'", "abbe"});
+    refusedRest("[[medium]]\nname = \"a\"\nior = 1\n[[medium]]\nname = \"a\"\nior = 2\n", "s.toml:17:1",
+                {"'a' is taken"});
+    refusedRest("[[medium]]\nname = \"a\"\nior = 1\nabbe = [1.5, 60]\n", "s.toml:16:1", {"contradict"});
+    refusedRest("[[medium]]\nname = \"a\"\nior = 0\n", "s.toml:15:1", {"'ior' is 0", "0.01"});
+    refusedRest("[[medium]]\nname = \"a\"\nior = [1, 2]\n", "s.toml:15:1", {"2 numbers"});
+    refusedRest("[[medium]]\nname = \"a\"\nabbe = [1.5, 0]\n", "s.toml:15:1", {"greater than 0", "20 to 85"});
+    refusedRest("[[medium]]\nname = \"a\"\nsellmeier = [1, 2, 3]\n", "s.toml:15:1", {"array of 6 numbers"});
+    refusedRest("[[medium]]\nname = \"a\"\ncauchy = [1.5, 40000]\n", "s.toml:15:1", {"at 380 nm", "micrometres"});
+    refusedRest("[[medium]]\nname = \"a\"\nsellmeier = [1, 0.2, 1, 0.25, 0.02, 100]\n", "s.toml:15:1",
+                {"gives an index"});
+    refusedRest(
+        "[[medium]]\nname = \"glass\"\nior = 1.5\n[[surface]]\nkind = \"sphere\"\nradius = 1\ninside = \"glas\"\n",
+        "s.toml:19:1", {"no [[medium]] called 'glas'", "did you mean 'glass'?"});
+    refusedSurface("flat = true\nbelow = \"cognac\"", "s.toml:11:1", {"no [[medium]] called 'cognac'", "air, water"});
+    refusedSurface("flat = true\nbelow = \"water\"\nior_below = 1.4", "s.toml:12:1", {"contradict"});
+    refusedSurface("flat = true\ninside = \"water\"", "s.toml:11:1", {"'below'", "'above'"});
+}
+
+TEST_F(Glass, LightsHaveTheirOwnKeysAndUnits) {
+    Light light = loadLightKeys("type = \"point\"\nposition = [0, 0, 2]\npower = 100").lights[0];
+    EXPECT_EQ(light.type, LightType::Point);
+    EXPECT_EQ(light.direction, glm::dvec3(0, 0, -1));
+    EXPECT_EQ(light.power, glm::dvec3(100));
+    EXPECT_NEAR(light.irradiance.x, 100 / (4 * M_PI * 4), 1e-9);
+
+    light = loadLightKeys(
+                "type = \"spot\"\nposition = [0, 0, 2]\ndirection = [0, 3, -3]\npower = [1, 2, 3]\nangle = 60\n"
+                "blend = 0.5")
+                .lights[0];
+    EXPECT_EQ(light.type, LightType::Spot);
+    EXPECT_NEAR(glm::length(light.direction - glm::dvec3(0, 1, -1) / std::sqrt(2.0)), 0, 1e-12);
+    EXPECT_EQ(light.cone_angle_deg, 60);
+    EXPECT_EQ(light.blend, 0.5);
+    EXPECT_NEAR(light.irradiance.y, 2 / (4 * M_PI * 4), 1e-12);
+    EXPECT_TRUE(light.coloured());
+
+    const Scene scene = loadLightKeys(
+        "type = \"rectangle\"\ncenter = [0, 0, 2]\nsize = [0.5, 0.25]\n"
+        "direction = [0, 0, -1]\ntangent = [1, 1, 5]\npower = 40\nsamples = 9");
+    light = scene.lights[0];
+    EXPECT_EQ(light.type, LightType::Rectangle);
+    EXPECT_EQ(*light.position, glm::dvec3(0, 0, 2));
+    EXPECT_EQ(light.size, glm::dvec2(0.5, 0.25));
+    EXPECT_NEAR(glm::length(light.tangent - glm::dvec3(1, 1, 0) / std::sqrt(2.0)), 0, 1e-12);
+    EXPECT_EQ(light.samples, 9);
+    EXPECT_NEAR(light.irradiance.x, 40 / (M_PI * 4), 1e-12);
+    notBuilt(scene, {"'light 1' is a rectangle", "not built yet"});
+    notBuilt(loadLightKeys("type = \"spot\"\nposition = [0, 0, 2]\ndirection = [0, 0, -1]\npower = 1"), {"is a spot"});
+    EXPECT_EQ(notBuiltYet(loadLightKeys("type = \"point\"\nposition = [0, 0, 2]\npower = 100")), "");
+    notBuilt(loadLightKeys("type = \"point\"\nposition = [0, 0, -0.1]\npower = 100"), {"not above", "raise it"});
+}
+
+TEST_F(Glass, LightsThatCannotBeAreRefused) {
+    refusedLight("type = \"point\"\nposition = [0, 0, 2]\npower = 1\ndirection = [0, 0, -1]", "s.toml:10:1",
+                 {"'direction' is a sun's; a point has position, power"});
+    refusedLight("type = \"point\"\nposition = [0, 0, 2]", "s.toml:6:1", {"needs 'power'"});
+    refusedLight("type = \"point\"\npower = 3", "s.toml:6:1", {"needs 'position'"});
+    refusedLight("type = \"point\"\nposition = [0, 0, 0]\npower = 3", "s.toml:6:1",
+                 {"in the centre of 'water'", "move it"});
+    refusedLight("type = \"point\"\nposition = [0, 0, 2]\npower = 1e13", "s.toml:9:1", {"1e+13 W", "1e+12"});
+    refusedLight("type = \"sun\"\ndirection = [0, 0, -1]\npower = 3", "s.toml:9:1",
+                 {"'power' is a point's; a sun has"});
+    refusedLight("type = \"spot\"\nposition = [0, 0, 2]\ndirection = [0, 0, -1]\npower = 1\nangle = 181", "s.toml:11:1",
+                 {"'angle' is 181", "0 to 180"});
+    refusedLight("type = \"spot\"\nposition = [0, 0, 2]\ndirection = [0, 0, -1]\npower = 1\nblend = 2", "s.toml:11:1",
+                 {"'blend' is 2"});
+    refusedLight(
+        "type = \"rectangle\"\ncenter = [0, 0, 2]\nsize = [1, 1]\npower = 1\ndirection = [0, 0, -1]\n"
+        "tangent = [0, 0, 2]",
+        "s.toml:12:1", {"'tangent' is along 'direction'"});
+    refusedLight("type = \"rectangle\"\ncenter = [0, 0, 2]\nsize = [1, 0]\npower = 1\ndirection = [0, 0, -1]",
+                 "s.toml:9:", {"'size' is 0"});
+}
+
+TEST_F(Glass, ShapesArePlaced) {
+    write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string keys = "kind = \"mesh\"\nfile = \"a.obj\"\n";
+    // About x first: y to z; then about z: x to y.
+    Surface surface =
+        loadSurfaceKeys(keys + "position = [10, 0, 0]\nrotation = [90, 0, 90]\nscale = [2, 3, 1]\nior_below = 1.5")
+            .surfaces[0];
+    const auto& p = surface.mesh->positions;
+    EXPECT_EQ(p[0], glm::dvec3(10, 0, 0));
+    EXPECT_EQ(p[1], glm::dvec3(10, 2, 0));
+    EXPECT_EQ(p[2], glm::dvec3(10, 0, 3));
+    EXPECT_NEAR(glm::length(surface.mesh->normals[0] - glm::dvec3(1, 0, 0)), 0, 1e-12);
+    // A mirror keeps sides: what was up is up.
+    surface = loadSurfaceKeys(keys + "scale = [-1, 1, 1]").surfaces[0];
+    const auto& t = surface.mesh->triangles[0];
+    EXPECT_GT(glm::cross(surface.mesh->positions[t[1]] - surface.mesh->positions[t[0]],
+                         surface.mesh->positions[t[2]] - surface.mesh->positions[t[0]])
+                  .z,
+              0);
+    EXPECT_EQ(surface.mesh->normals[0], glm::dvec3(0, 0, 1));
+
+    const Scene scene = loadRest(
+        "[[object]]\nbox = { min = [0, 0, 0], max = [1, 1, 1] }\nposition = [0, 0, -3]\nscale = 2\n"
+        "albedo = [0.1, 0.2, 0.3]\n");
+    EXPECT_EQ(std::get<std::shared_ptr<const TriangleMesh>>(scene.objects[0].shape)->positions[0],
+              glm::dvec3(0, 0, -3));
+    EXPECT_EQ(*scene.objects[0].albedo, glm::dvec3(0.1, 0.2, 0.3));
+    refusedSurface(keys + "scale = 0", "s.toml:12:1", {"'scale' is 0"});
+    refusedSurface("flat = true\nposition = [0, 0, 1]", "s.toml:11:1", {"'center'"});
+    refusedSurface("kind = \"sphere\"\nradius = 1\nior_below = 1.5\nscale = 2", "s.toml:13:1",
+                   {"a sphere has 'radius'"});
+    refusedRest("[[object]]\nplane = { point = [0, 0, 0] }\nposition = [0, 0, 1]\n", "s.toml:15:1",
+                {"'point' and 'normal'"});
+    refusedRest("[[object]]\nplane = { point = [0, 0, 0] }\nalbedo = 1.5\n", "s.toml:15:1", {"'albedo' is 1.5"});
+}
+
+TEST_F(Glass, MirrorsPanesAndBouncesAreReadAndRefusedByMethods) {
+    write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    const std::string keys = "kind = \"mesh\"\nfile = \"a.obj\"\n";
+    Scene scene = loadSurfaceKeys(keys + "event = \"mirror\"\ncolour = [0.9, 0.6, 0.2]");
+    EXPECT_EQ(scene.surfaces[0].event, SurfaceEvent::Mirror);
+    EXPECT_EQ(scene.surfaces[0].colour, glm::dvec3(0.9, 0.6, 0.2));
+    notBuilt(scene, {"is a mirror", "not built yet"});
+    scene = loadSurfaceKeys(keys + "thin = true");
+    EXPECT_TRUE(scene.surfaces[0].thin);
+    notBuilt(scene, {"thin pane", "not built yet"});
+    refusedSurface(keys + "colour = 0.5", "s.toml:12:1", {"event = \"mirror\""});
+    refusedSurface(keys + "event = \"mirror\"\nthin = true", "s.toml:13:1", {"lets none through"});
+    scene = loadRest("[bake]\nbounces = 8\nthreshold = 1e-3\n");
+    EXPECT_EQ(scene.bake.bounces.value_or(0), 8);
+    EXPECT_EQ(scene.bake.threshold.value_or(0), 1e-3);
+    notBuilt(scene, {"8 bounces"});
+    EXPECT_EQ(notBuiltYet(loadRest("[bake]\nbounces = 1\n")), "");
+    EXPECT_EQ(notBuiltYet(loadRest("")), "");
+    refusedRest("[bake]\nbounces = 0\n", "s.toml:14:1", {"'bounces' is 0", "1 to 1000"});
+    refusedRest("[bake]\nthreshold = 2\n", "s.toml:14:1", {"'threshold' is 2"});
+}
+
+TEST_F(Glass, CamerasLookSomewhere) {
+    const Scene scene = loadRest(
+        "[[camera]]\nposition = [3, -4, 2]\ntarget = [0, 0, -1]\nfield_of_view = 50\n"
+        "[[camera]]\nname = \"top\"\nposition = [0, 0, 2]\ntarget = [0, 0, -1]\nup = [0, 2, 0]\n");
+    ASSERT_EQ(scene.cameras.size(), 2u);
+    EXPECT_EQ(scene.cameras[0].name, "camera 1");
+    EXPECT_EQ(scene.cameras[0].field_of_view_deg, 50);
+    EXPECT_EQ(scene.cameras[1].up, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(scene.cameras[1].field_of_view_deg, 34);
+    refusedRest("[[camera]]\nposition = [0, 0, 2]\n", "s.toml:13:1", {"needs 'target'"});
+    refusedRest("[[camera]]\nposition = [0, 0, 2]\ntarget = [0, 0, 2]\n", "s.toml:15:1", {"where the camera stands"});
+    refusedRest("[[camera]]\nposition = [0, 0, 2]\ntarget = [0, 0, 1]\n", "s.toml:15:1", {"along its own 'up'"});
+    refusedRest("[camera]\nposition = [0, 0, 2]\n", "s.toml:13:", {"[[camera]], with two brackets"});
+}
+
+}  // namespace
+}  // namespace photic

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <openvdb/openvdb.h>
+
+#include "bake/scene/plausibility.h"
+#include "tests/scene/scene_texts.h"
+
+namespace photic {
+namespace {
+
+using test::SceneTest;
+using test::SceneText;
+
+/// Each warning has a scene that must bring it about, and the same one mended, which must not.
+class Plausibility : public SceneTest {
+protected:
+    void warned(const Scene& scene, const std::vector<std::string>& words) {
+        const std::vector<std::string> all = sceneWarnings(scene);
+        ASSERT_EQ(all.size(), 1u) << (all.size() > 1 ? all[1] : "nothing");
+        for (const std::string& word : words)
+            EXPECT_NE(all[0].find(word), std::string::npos) << word << " in: " << all[0];
+    }
+    void quiet(const Scene& scene) {
+        for (const std::string& warning : sceneWarnings(scene)) ADD_FAILURE() << warning;
+    }
+    Scene loadMesh(const std::string& obj, const std::string& more = "") {
+        write("m.obj", obj);
+        return loadSurfaceKeys("name = \"water\"\nkind = \"mesh\"\nfile = \"m.obj\"\n" + more);
+    }
+};
+
+const std::string kCorners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0.1\nv -1 1 0\n";
+
+TEST_F(Plausibility, OrdinaryScenesAreQuiet) {
+    quiet(load(SceneText{}));
+    SceneText text;
+    text.surface =
+        "[[surface]]\nsize = [4, 4]\nwaves = [{ amplitude = 0.02, wavelength = 1.1, direction = 20 }, "
+        "{ amplitude = 0.01, wavelength = 0.7, direction = 100 }]\n";
+    text.rest = "[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -1.5] }\n[medium]\nabsorption = 0.1\n";
+    quiet(load(text));
+    quiet(loadMesh(kCorners + "f 1 2 3\nf 1 3 4\n"));
+}
+
+TEST_F(Plausibility, WaterUpsideDown) {
+    // All of the mesh's 4 m2 across the beam, at 1000 W/m2.
+    warned(loadMesh(kCorners + "f 3 2 1\nf 4 3 1\n"), {"100 % of the light of 'light 1' that falls on 'water' (4000 W)",
+                                                       "ior_below (1.333)", "upside down", "normals up"});
+    quiet(loadMesh(kCorners + "f 3 2 1\nf 4 3 1\n", "event = \"reflect\""));
+    SceneText text;  // light from the water up through its surface comes from below as it should
+    text.light = "[[light]]\ntype = \"sun\"\ndirection = [0, 0.1, 1]\n";
+    text.surface = "[[surface]]\nkind = \"mesh\"\nfile = \"m.obj\"\n";
+    write("m.obj", kCorners + "f 1 2 3\nf 1 3 4\n");
+    quiet(load(text));
+}
+
+TEST_F(Plausibility, YUpFilesWithoutUp) {
+    const std::string sheet = "v -1 0 1\nv 1 0 1\nv 1 0.1 -1\nv -1 0 -1\nf 1 2 3\nf 1 3 4\n";
+    SceneText text;
+    text.light = "[[light]]\ntype = \"sun\"\ndirection = [0, -1, -1]\n";
+    text.surface = "[[surface]]\nname = \"water\"\nkind = \"mesh\"\nfile = \"m.obj\"\n";
+    write("m.obj", sheet);
+    warned(load(text), {"'water' stands upright", "99.9 % of its area faces along y", "up = \"y\""});
+    text.surface += "up = \"y\"\n";
+    quiet(load(text));
+}
+
+TEST_F(Plausibility, AnIndexBesideTheWater) {
+    openvdb::initialize();
+    const auto withIndexAt = [&](const openvdb::Vec3d& place) {
+        auto grid = openvdb::FloatGrid::create(1.333f);
+        grid->setName("n");
+        grid->fill(openvdb::CoordBBox({0, 0, 0}, {9, 9, 9}), 1.4f, true);
+        auto transform = openvdb::math::Transform::createLinearTransform(0.1);
+        transform->postTranslate(place);
+        grid->setTransform(transform);
+        openvdb::io::File file(path("n.vdb"));
+        file.write({grid});
+        file.close();
+        SceneText text;
+        text.rest = "[[index]]\nfile = \"n.vdb\"\n";
+        return load(text);
+    };
+    quiet(withIndexAt({-0.5, -0.5, -1.5}));
+    warned(withIndexAt({-0.5, 5, -1.5}),
+           {"nothing of the [[index]] lies in the water", "(-0.5, 5, -1.5) to (0.4, 5.9, -0.6)"});
+    warned(withIndexAt({-0.5, -0.5, 0.05}), {"nothing of the [[index]]"});
+    warned(withIndexAt({0.95, 0.55, -1.5}), {"only 5 %"});
+    SceneText text;
+    text.rest = "[[index]]\nlayers = [{ z = 0, n = 1.333 }, { z = -1.5, n = 1.36 }]\n";
+    quiet(load(text));
+}
+
+TEST_F(Plausibility, ADomainThatHoldsNothing) {
+    SceneText text;
+    text.domain = "[domain]\nmin = [-1, -1, 0.5]\nmax = [1, 1, 2]\nvoxel_size = 0.1\n";
+    warned(load(text), {"0 % of the domain lies below 'water'", "z = 0.5 m", "lower min.z"});
+    text.surface += "event = \"reflect\"\n";
+    quiet(load(text));
+    text.domain = "[domain]\nmin = [-1, -1, -2]\nmax = [1, 1, -0.5]\nvoxel_size = 0.1\n";
+    warned(load(text), {"0 % of the domain lies above 'water'", "raise max.z"});
+
+    SceneText pool;
+    pool.rest = "[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -2.5] }\n";
+    warned(load(pool), {"0 % of the receiver 'floor' lies in the domain", "(-1, -1, -2) to (1, 1, 0.5)"});
+    pool.rest = "[[object]]\nname = \"ball\"\nsphere = { center = [3, 0, -1], radius = 0.5 }\n";
+    warned(load(pool), {"0 % of the receiver 'ball'"});
+    pool.rest += "role = \"blocker\"\n";
+    quiet(load(pool));
+}
+
+TEST_F(Plausibility, WavesFinerThanVoxels) {
+    const auto waves = [&](double wavelength) {
+        return loadSurfaceKeys("size = [4, 4]\nname = \"water\"\nwaves = [{ amplitude = 0.002, wavelength = " +
+                               std::to_string(wavelength) + ", direction = 30 }]");
+    };
+    warned(waves(0.3), {"slopes of 'water'", "voxels of 0.1 m", "use voxel_size = 0.025"});
+    warned(waves(0.05), {"voxels of 0.1 m"});
+    quiet(waves(0.8));
+}
+
+TEST_F(Plausibility, LightThatIsReflectedTotally) {
+    SceneText text;
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [1, 0, -1]\n";
+    text.surface = "[[surface]]\nname = \"pane\"\nflat = true\nsize = [4, 4]\nior_above = 1.5\nior_below = 1\n";
+    warned(load(text), {"100 % of the light of 'low'", "reflected totally at 'pane'", "from 1.5 to 1"});
+    text.light = "[[light]]\ntype = \"sun\"\ndirection = [0.5, 0, -1]\n";
+    quiet(load(text));
+}
+
+}  // namespace
+}  // namespace photic
