@@ -11,6 +11,9 @@
 namespace photic {
 namespace {
 
+// Sums of many arrivals in single precision round to this, of the brightest voxel: coloured seas over a mesh leave a
+// few voxels behind it at -3e-6.
+constexpr double kRounding = 1e-5;
 constexpr std::int64_t kBlock = 1024;  // leaves whose sums are kept apart, so that the total does not depend on threads
 
 template <class Body>
@@ -27,6 +30,20 @@ void forEachLitVoxel(const LightField& field, int slot, Body body) {
                        : field.constant(slot)[c];
         body(i, v);
     }
+}
+
+/// What body(result, values) finds in all lit voxels, block by block.
+template <class Result, class Body>
+std::vector<Result> ofBlocks(const LightField& field, Body body) {
+    const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
+    std::vector<Result> found(static_cast<std::size_t>(blocks));
+    parallelFor(blocks, [&](std::int64_t block) {
+        Result& result = found[static_cast<std::size_t>(block)];
+        const auto end = std::min<std::int64_t>((block + 1) * kBlock, field.leafCount());
+        for (auto slot = static_cast<int>(block * kBlock); slot < end; ++slot)
+            forEachLitVoxel(field, slot, [&](int, const std::array<float, 8>& v) { body(result, v); });
+    });
+    return found;
 }
 
 double meanIrradiance(const LightField& field, const std::array<float, 8>& v) {
@@ -86,48 +103,41 @@ std::vector<double> layerPower(const LightField& field) {
 }
 
 std::vector<LawCheck> checkLaws(const LightField& field) {
-    struct Extremes {
-        double not_finite = 0, lowest = 0, brightest = 0, excess = 0;
-    };
     const auto f = static_cast<std::size_t>(field.channels().irradiance);
     const auto channels = static_cast<std::size_t>(field.channels().count());
-    const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
-    std::vector<Extremes> found(static_cast<std::size_t>(blocks));
-    parallelFor(blocks, [&](std::int64_t block) {
-        Extremes& e = found[static_cast<std::size_t>(block)];
-        const auto end = std::min<std::int64_t>((block + 1) * kBlock, field.leafCount());
-        for (auto slot = static_cast<int>(block * kBlock); slot < end; ++slot)
-            forEachLitVoxel(field, slot, [&](int, const std::array<float, 8>& v) {
-                for (std::size_t c = 0; c < channels; ++c)
-                    if (!std::isfinite(v[c])) {
-                        e.not_finite += 1;
-                        return;
-                    }
-                for (std::size_t c = 0; c < f; ++c) e.lowest = std::min(e.lowest, double(v[c]));
-                const double mean = meanIrradiance(field, v);
-                e.brightest = std::max(e.brightest, mean);
-                if (field.channels().flux) {
-                    const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2]));
-                    if (length > mean)
-                        e.excess = std::max(e.excess, length > 0 ? (length - std::max(mean, 0.0)) / length : 0.0);
-                }
-            });
-    });
+    struct Extremes {
+        double not_finite = 0, lowest = 0, brightest = 0;
+    };
     Extremes all;
-    for (const Extremes& e : found) {
+    for (const Extremes& e : ofBlocks<Extremes>(field, [&](Extremes&e, const std::array<float, 8>&v) {
+             for (std::size_t c = 0; c < channels; ++c)
+                 if (!std::isfinite(v[c])) {
+                     e.not_finite += 1;
+                     return;
+                 }
+             for (std::size_t c = 0; c < f; ++c) e.lowest = std::min(e.lowest, double(v[c]));
+             e.brightest = std::max(e.brightest, meanIrradiance(field, v));
+         })) {
         all.not_finite += e.not_finite;
-        all.lowest = std::min(all.lowest, e.lowest);
-        all.brightest = std::max(all.brightest, e.brightest);
-        all.excess = std::max(all.excess, e.excess);
+        all.lowest = std::min(all.lowest, e.lowest), all.brightest = std::max(all.brightest, e.brightest);
     }
+    // Where there is no light but what sums round to, flux has no length either that could be compared.
+    const double faintest = kRounding * all.brightest;
+    double excess = 0;
+    if (field.channels().flux)
+        for (const double e : ofBlocks<double>(field, [&](double&e, const std::array<float, 8>&v) {
+                 const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2]));
+                 const double mean = std::max(meanIrradiance(field, v), 0.0);
+                 if (length > mean && length > faintest) e = std::max(e, (length - mean) / length);
+             }))
+            excess = std::max(excess, e);
     const auto check = [](const char* name, double value, double limit) {
         return LawCheck{name, value, limit, value <= limit};
     };
     return {check("voxels with a value that is not finite", all.not_finite, 0),
             check("negative irradiance, of the brightest voxel",
-                  all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, 0),
-            // Single precision sums of many arrivals round to this.
-            check("flux longer than irradiance, of its length", all.excess, 1e-5)};
+                  all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, kRounding),
+            check("flux longer than irradiance, of its length", excess, kRounding)};
 }
 
 }  // namespace photic

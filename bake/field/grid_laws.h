@@ -16,7 +16,8 @@ double netFluxThroughBox(const LightField& field, const glm::ivec3& min, const g
 /// world normal of the layer's plane. Constant for periodic or fully contained light without absorption.
 std::vector<double> layerPower(const LightField& field);
 
-/// Checks of a field, each in words with its figure: finite values, irradiance >= 0, |flux| <= irradiance.
+/// Checks of a field, each in words with its figure: finite values, irradiance >= 0, |flux| <= irradiance, the last two
+/// up to the rounding of single-precision sums, 1e-5 of the brightest voxel.
 struct LawCheck {
     std::string name;
     double value = 0, limit = 0;

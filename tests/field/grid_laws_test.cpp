@@ -107,5 +107,18 @@ TEST(CheckLaws, HoldForGoodFieldsAndEachFailsOnItsOwnDamage) {
     }
 }
 
+/// What sums of many colours leave behind a receiver is rounding, and no law is broken; a thousandth is no rounding.
+TEST(CheckLaws, RoundingIsNoDamage) {
+    for (const float left : {3e-6f, 1e-3f}) {
+        LightField field(std::make_shared<const NeededVoxels>(NeededVoxels::everything(leaningFrame(1.0 / 8))),
+                         {3, true});
+        float* leaf = field.makeDense(0);
+        leaf[7] = 2, leaf[512 + 7] = 1, leaf[2 * 512 + 7] = 0.5f, leaf[5 * 512 + 7] = -1;
+        leaf[9] = leaf[512 + 9] = leaf[2 * 512 + 9] = -left, leaf[5 * 512 + 9] = -left;
+        for (const LawCheck& law : checkLaws(field))
+            EXPECT_EQ(law.holds, left < 1e-5f || law.name.starts_with("voxels")) << law.name << ' ' << law.value;
+    }
+}
+
 }  // namespace
 }  // namespace photic
