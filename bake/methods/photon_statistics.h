@@ -23,7 +23,8 @@ public:
         LightField field, standard_error, path_count;
         std::int64_t active_voxels = 0;  ///< crossed by at least one path
     };
-    /// Mean fluence rate and flux [W/m2], its standard error (of the channels' mean) and the number of paths.
+    /// Mean fluence rate and flux [W/m2], its standard error (of the channels' mean; right on average, where
+    /// repetitions are about normal: the root's bias is made up for) and the number of paths. At least two repetitions.
     Result result() const;
 
 private:
