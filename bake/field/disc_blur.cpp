@@ -11,15 +11,20 @@
 #include <numbers>
 #include <vector>
 
+#include "bake/field/leaf_stencil.h"
 #include "bake/report/error.h"
+#include "bake/simd/dispatch.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
+
+PHOTIC_PER_SET(void convolveLeaf(const LeafStencil& stencil, const float* tile, float* out))
+
 namespace {
 
 constexpr double kSmallest = 0.02;  // [voxels] changes a voxel by less than 1e-4 of its neighbours' difference
 constexpr int kLargest = 64;        // [voxels]
-constexpr int kLanes = 8;           // z layers of a leaf
+constexpr int kLanes = LeafStencil::kLayers;
 
 // Share of an evenly bright disc of radius `radius` that lies left of x.
 double semicircleBelow(double x, double radius) {
@@ -109,16 +114,6 @@ DiscStencil discStencil(const LayerKernel& kernel) {
 
 namespace {
 
-// The eight layers of a leaf together: one weight a layer for each offset; offsets without weight are left out.
-struct LeafStencil {
-    struct Tap {
-        int dx, dy;
-        float weight[kLanes];
-    };
-    int radius = 0;
-    std::vector<Tap> taps;
-};
-
 LeafStencil leafStencil(int z_origin, int z_min, int z_max, const std::function<LayerKernel(int)>& kernel_of_layer) {
     std::array<DiscStencil, kLanes> layers;
     LeafStencil out;
@@ -139,41 +134,6 @@ LeafStencil leafStencil(int z_origin, int z_min, int z_max, const std::function<
         }
     return out;
 }
-
-// out[x][y][z] = sum over taps of weight[z] * tile[x + dx][y + dy][z], for the 64 columns of a leaf.
-// `tile` has 8 + 2 radius columns a side, z fastest.
-[[gnu::always_inline]] inline void convolveBody(const LeafStencil& stencil, const float* tile, float* out) {
-    const int side = 8 + 2 * stencil.radius;
-    for (int x = 0; x < 8; ++x) {
-        float sum[8 * kLanes] = {};
-        for (const auto& tap : stencil.taps) {
-            const float* row = tile + ((x + stencil.radius + tap.dx) * side + stencil.radius + tap.dy) * kLanes;
-            for (int y = 0; y < 8; ++y)
-                for (int k = 0; k < kLanes; ++k) sum[y * kLanes + k] += tap.weight[k] * row[y * kLanes + k];
-        }
-        std::memcpy(out + x * 64, sum, sizeof(sum));
-    }
-}
-void convolvePortable(const LeafStencil& stencil, const float* tile, float* out) { convolveBody(stencil, tile, out); }
-
-using Convolve = void (*)(const LeafStencil&, const float*, float*);
-#if defined(__x86_64__) && defined(__GNUC__)
-[[gnu::target("avx2,fma")]] void convolveAvx2(const LeafStencil& stencil, const float* tile, float* out) {
-    convolveBody(stencil, tile, out);
-}
-[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512")]] void convolveAvx512(
-    const LeafStencil& stencil, const float* tile, float* out) {
-    convolveBody(stencil, tile, out);
-}
-Convolve chooseConvolve() {
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512bw"))
-        return convolveAvx512;
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? convolveAvx2 : convolvePortable;
-}
-#else
-Convolve chooseConvolve() { return convolvePortable; }
-#endif
 
 // Leaves of one leaf layer, with copies of those that hold light.
 struct LeafLayer {
@@ -269,7 +229,7 @@ private:
 };
 
 void blurLeaf(LightField& field, int slot, const LeafStencil& stencil, TileReader& tiles, BeyondNeeded beyond,
-              Convolve convolve) {
+              ConvolveLeaf convolve) {
     bool all_needed = true;
     if (!tiles.locate(field.needed().leafOrigin(slot), all_needed)) return;
     const int channels = field.channels().count();
@@ -302,7 +262,7 @@ double irradianceSum(const LightField& field) {
 double blurLayers(LightField& field, const std::function<LayerKernel(int k)>& kernel_of_layer, BeyondNeeded beyond) {
     const double before = irradianceSum(field);
     const NeededVoxels& needed = field.needed();
-    const Convolve convolve = chooseConvolve();
+    const ConvolveLeaf convolve = PHOTIC_CHOOSE(bestInstructionSet(), convolveLeaf);
     const auto channels = static_cast<std::size_t>(field.channels().count());
     std::map<int, std::vector<int>> slots_of_layer;
     std::vector<std::int32_t> place_of_slot(static_cast<std::size_t>(needed.leafCount()));

@@ -22,7 +22,7 @@ struct FootKernels {
     bool (*improvable)(const FrontOnSurface&, const FootRow&, double margin, const FootPointLayer& here);
 };
 
-/// The fastest that this processor can run; PHOTIC_INSTRUCTION_SET=portable|avx2 asks for less.
+/// The fastest that this processor can run (bestInstructionSet).
 FootKernels footKernels();
 
 }  // namespace photic

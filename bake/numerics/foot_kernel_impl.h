@@ -3,8 +3,8 @@
 // set, which defines PHOTIC_ISA.
 #pragma once
 
-#include "bake/numerics/double_lanes.h"
 #include "bake/numerics/foot_kernel.h"
+#include "bake/simd/double_lanes.h"
 
 namespace photic::PHOTIC_ISA {
 namespace {
@@ -92,12 +92,12 @@ inline void solveFeet(const FrontOnSurface& front, const FootRow& row, int first
         Lanes h11 = r * a11 + n * m11, h12 = r * a12 + n * m12, h22 = r * a22 + n * m22;
         const LaneMask convex = (h11 * h22 > h12 * h12) & (h11 > 0);
         // Past a focus the parabola opens downwards: without its bend it points downhill.
-        h11 = convex ? h11 : n * m11 + r * magnitude(a11) + r * magnitude(a12);
+        h11 = convex ? h11 : n * m11 + r * absolute(a11) + r * absolute(a12);
         h12 = convex ? h12 : splat(0);
-        h22 = convex ? h22 : n * m22 + r * magnitude(a22) + r * magnitude(a12);
+        h22 = convex ? h22 : n * m22 + r * absolute(a22) + r * absolute(a12);
         const Lanes scale = -r / (h11 * h22 - h12 * h12);
         Lanes du = (h22 * g1 - h12 * g2) * scale, dv = (h11 * g2 - h12 * g1) * scale;
-        const Lanes size = most(magnitude(du), magnitude(dv));
+        const Lanes size = most(absolute(du), absolute(dv));
         const Lanes shorten = longest / most(size, splat(longest));
         du *= shorten, dv *= shorten;
         const LaneMask moving = size > small;
@@ -144,8 +144,8 @@ void guessFootRow(const FrontOnSurface& front, const FootRow& row, const FootPoi
         }
         // On the same sheet of rays the foot goes on as it did from the layer before.
         const Lanes on_x = own_x - load(&here.foot_x[at]), on_y = own_y - load(&here.foot_y[at]);
-        const LaneMask same = (magnitude(u - own_x) < row.apart) & (magnitude(v - own_y) < row.apart);
-        const LaneMask steady = (magnitude(on_x) < row.apart) & (magnitude(on_y) < row.apart);
+        const LaneMask same = (absolute(u - own_x) < row.apart) & (absolute(v - own_y) < row.apart);
+        const LaneMask steady = (absolute(on_x) < row.apart) & (absolute(on_y) < row.apart);
         u = same ? own_x + (steady ? on_x : splat(0)) : u, v = same ? own_y + (steady ? on_y : splat(0)) : v;
         const LaneMask known = load(&above.foot_arrival[at]) < 0.5 * FootPointLayer::kAboveSurface;
         store(&here.foot_x[at], known ? u : x), store(&here.foot_y[at], known ? v : splat(row.y));

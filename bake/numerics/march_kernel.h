@@ -47,7 +47,7 @@ struct LocalBlock {
 /// Brings the rows of a block up to date that are due, and says what that makes due beside them.
 using SolveBlock = void (*)(LocalBlock&);
 
-/// The fastest that this processor can run; PHOTIC_INSTRUCTION_SET=portable|avx2 asks for less.
+/// The fastest that this processor can run (bestInstructionSet).
 SolveBlock blockSolver();
 
 }  // namespace photic

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <bit>
 
-#include "bake/numerics/double_lanes.h"
 #include "bake/numerics/march_kernel.h"
+#include "bake/simd/double_lanes.h"
 
 namespace photic::PHOTIC_ISA {
 namespace {
@@ -147,7 +147,7 @@ RowChange replaceRow(double* __restrict t, const RowUpdate& __restrict row, doub
             load(row.value + l) +
             (load(row.near_low + l) * load(row.low + l + 1) + load(row.far_low + l) * load(row.low + l)) +
             (load(row.near_high + l) * load(row.high + l + 1) + load(row.far_high + l) * load(row.high + l + 2));
-        const Lanes old = load(t + l), change = magnitude(fresh - old);
+        const Lanes old = load(t + l), change = absolute(fresh - old);
         const LaneMask moved = change > tolerance;
         const Lanes first = moved ? least(fresh, old) : splat(2 * kUnreached);
         store(earliest + l, first - slack), store(t + l, fresh);

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "bake/simd/instruction_set.h"
+
 namespace photic {
 
 /// Blocks of 8^3 cells, z fastest: cell (x, y, z) at x << 6 | y << 3 | z, which is OpenVDB's leaf order.
@@ -62,11 +64,9 @@ struct WaveKernels {
     const char* name;
 };
 
-/// The kernels for this processor; PHOTIC_INSTRUCTION_SET=portable|avx2|avx512 lowers the choice.
+/// The kernels of an instruction set that this processor has.
+const WaveKernels& waveKernels(InstructionSet set);
+/// Those of the best (bestInstructionSet).
 const WaveKernels& waveKernels();
-
-/// All that this processor can run, for tests; the first is portable.
-int waveKernelCount();
-const WaveKernels& waveKernels(int index);
 
 }  // namespace photic

@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#ifdef __AVX2__
-#include <immintrin.h>
-#endif
 
 #include "bake/numerics/wave_kernel.h"
+#include "bake/simd/lanes.h"
 
 namespace photic::PHOTIC_ISA {
 namespace {
@@ -221,14 +219,8 @@ void halves(const float* now, const float* other, std::array<float, 6>& largest)
 }
 
 #if defined(__AVX2__)
-using Row = float __attribute__((vector_size(32)));
+using Row = F8;
 
-inline Row load(const float* from) {
-    Row r;
-    std::memcpy(&r, from, 32);
-    return r;
-}
-inline void store(float* to, Row r) { std::memcpy(to, &r, 32); }
 /// The upper half of `a` and the lower half of `b`.
 inline Row joined(Row a, Row b) { return Row(_mm256_permute2f128_ps(__m256(a), __m256(b), 0x21)); }
 /// In each half: elements from `by` of the half of `a`, then those of the half of `b`.
@@ -237,16 +229,15 @@ inline Row shifted(Row a, Row b) {
     return Row(_mm256_castsi256_ps(
         _mm256_alignr_epi8(_mm256_castps_si256(__m256(b)), _mm256_castps_si256(__m256(a)), 4 * by)));
 }
-inline Row larger(Row a, Row b) { return a > b ? a : b; }
-inline Row magnitude(Row a) { return larger(a, -a); }
-inline Row all(float v) { return Row{v, v, v, v, v, v, v, v}; }
+inline Row loadRow(const float* from) { return load<Row>(from); }
+inline Row all(float v) { return splat<Row>(v); }
 
 /// As stepPadded without the copy: whole rows of 8 cells along z, whose neighbours along z are shuffled from the rows
 /// of the blocks below and above.
 template <WaveSum sum, bool look>
 void stepRows(const WaveBlock& block, const WaveWeights& w) {
     const WaveDifferences& d = w.d;
-    [[maybe_unused]] Row most[2][2] = {};  // |phi| by the halves along x and y
+    [[maybe_unused]] Row greatest[2][2] = {};  // |phi| by the halves along x and y
     const float k = w.keep * w.scale;
     const Row centre = all(w.keep * (2 + w.scale * (d.second_0[0] + d.second_0[1] + d.second_0[2])));
     const Row x1 = all(k * d.second_1[0]), x2 = all(k * d.second_2[0]), y1 = all(k * d.second_1[1]),
@@ -262,39 +253,39 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
                     *xp2 = plane(x + 2);
         const float *below = block.side[4] + at(x, 0, 0), *above = block.side[5] + at(x, 0, 0);
         Row line[12];  // the rows y = -2 .. 9
-        for (int y = 0; y < 2; ++y) line[y] = load(block.side[2] + at(x, 6 + y, 0));
-        for (int y = 0; y < 8; ++y) line[y + 2] = load(here + 8 * y);
-        for (int y = 0; y < 2; ++y) line[y + 10] = load(block.side[3] + at(x, y, 0));
+        for (int y = 0; y < 2; ++y) line[y] = loadRow(block.side[2] + at(x, 6 + y, 0));
+        for (int y = 0; y < 8; ++y) line[y + 2] = loadRow(here + 8 * y);
+        for (int y = 0; y < 2; ++y) line[y + 10] = loadRow(block.side[3] + at(x, y, 0));
 #pragma GCC unroll 8
         for (int y = 0; y < 8; ++y) {
-            const Row c = line[y + 2], low = load(below + 8 * y), high = load(above + 8 * y);
+            const Row c = line[y + 2], low = loadRow(below + 8 * y), high = loadRow(above + 8 * y);
             const Row before_c = joined(low, c), after_c = joined(c, high);
             const Row zm1 = shifted<3>(before_c, c), zm2 = shifted<2>(before_c, c);
             const Row zp1 = shifted<1>(c, after_c), zp2 = shifted<2>(c, after_c);
-            const Row am2 = load(xm2 + 8 * y), am1 = load(xm1 + 8 * y), ap1 = load(xp1 + 8 * y),
-                      ap2 = load(xp2 + 8 * y);
+            const Row am2 = loadRow(xm2 + 8 * y), am1 = loadRow(xm1 + 8 * y), ap1 = loadRow(xp1 + 8 * y),
+                      ap2 = loadRow(xp2 + 8 * y);
             const Row bm2 = line[y], bm1 = line[y + 1], bp1 = line[y + 3], bp2 = line[y + 4];
             float* other = block.other + at(x, y, 0);
-            const Row before = load(other);
+            const Row before = loadRow(other);
             Row next = centre * c - lose * before;
             next += x1 * (ap1 + am1) + x2 * (ap2 + am2);
             next += y1 * (bp1 + bm1) + y2 * (bp2 + bm2);
             next += z1 * (zp1 + zm1) + z2 * (zp2 + zm2);
             store(other, next);
             if constexpr (look) {
-                Row& m = most[x >> 2][y >> 2];
-                m = larger(m, larger(magnitude(next), magnitude(c)));
+                Row& m = greatest[x >> 2][y >> 2];
+                m = most(m, most(absolute(next), absolute(c)));
             }
             if constexpr (sum != WaveSum::Nothing) {
                 float* energy = block.sums + at(x, y, 0);
                 const Row rate = (next - before) * per_two_steps;
-                store(energy, load(energy) + rate * rate);
+                store(energy, loadRow(energy) + rate * rate);
                 if constexpr (sum == WaveSum::EnergyAndFlux) {
                     const auto subtract = [&](int a, Row p1, Row m1, Row p2, Row m2) {
                         float* flux = energy + (a + 1) * kWaveCells;
                         const auto i = static_cast<std::size_t>(a);
                         store(flux,
-                              load(flux) - rate * (all(d.first_1[i]) * (p1 - m1) + all(d.first_2[i]) * (p2 - m2)));
+                              loadRow(flux) - rate * (all(d.first_1[i]) * (p1 - m1) + all(d.first_2[i]) * (p2 - m2)));
                     };
                     subtract(0, ap1, am1, ap2, am2);
                     subtract(1, bp1, bm1, bp2, bm2);
@@ -306,7 +297,7 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
     if constexpr (look) {
         float octant[2][2][8];
         for (int x = 0; x < 2; ++x)
-            for (int y = 0; y < 2; ++y) store(octant[x][y], most[x][y]);
+            for (int y = 0; y < 2; ++y) store(octant[x][y], greatest[x][y]);
         byHalves(octant, *block.largest);
     }
 }
@@ -318,19 +309,5 @@ void stepRows(const WaveBlock& block, const WaveWeights& w) {
 }
 #endif
 
-#define PHOTIC_TEXT_(x) #x
-#define PHOTIC_TEXT(x) PHOTIC_TEXT_(x)
-
 }  // namespace
-
-extern const WaveKernels kWaveKernels;
-const WaveKernels kWaveKernels{
-    {{stepRows<WaveSum::Nothing, false>, stepRows<WaveSum::Energy, false>, stepRows<WaveSum::EnergyAndFlux, false>},
-     {stepRows<WaveSum::Nothing, true>, stepRows<WaveSum::Energy, true>, stepRows<WaveSum::EnergyAndFlux, true>}},
-    {stepPadded<WaveSum::Nothing, true>, stepPadded<WaveSum::Energy, true>, stepPadded<WaveSum::EnergyAndFlux, true>},
-    stepMatched,
-    stepSponge,
-    halves,
-    PHOTIC_TEXT(PHOTIC_ISA)};
-
 }  // namespace photic::PHOTIC_ISA

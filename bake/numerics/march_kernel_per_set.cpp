@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#define PHOTIC_ISA portable
+// Compiled once per instruction set (cmake/photic_kernels.cmake).
 #include "bake/numerics/march_kernel_impl.h"
 
-namespace photic::portable {
+namespace photic::PHOTIC_ISA {
 
 void solveBlockHere(LocalBlock& block) { solveBlock(block); }
 
-}  // namespace photic::portable
+}  // namespace photic::PHOTIC_ISA

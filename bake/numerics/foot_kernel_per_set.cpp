@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#define PHOTIC_ISA portable
+// Compiled once per instruction set (cmake/photic_kernels.cmake).
 #include "bake/numerics/foot_kernel_impl.h"
 
-namespace photic::portable {
+namespace photic::PHOTIC_ISA {
 
 FootKernels footKernelsHere() { return {guessFootRow, solveFootRow, footRowImprovable}; }
 
-}  // namespace photic::portable
+}  // namespace photic::PHOTIC_ISA

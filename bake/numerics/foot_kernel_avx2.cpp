@@ -1,9 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#define PHOTIC_ISA avx2
-#include "bake/numerics/foot_kernel_impl.h"
-
-namespace photic::avx2 {
-
-FootKernels footKernelsHere() { return {guessFootRow, solveFootRow, footRowImprovable}; }
-
-}  // namespace photic::avx2
