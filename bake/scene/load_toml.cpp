@@ -91,8 +91,8 @@ void checkTogether(const Scene& scene, const std::vector<const ConfigValue*>& li
         bool named = false;  // "water" by its name, with an index of its own
         for (const Surface& surface : scene.surfaces) {
             if (surface.event == SurfaceEvent::Reflect || surface.event == SurfaceEvent::Mirror) continue;
-            for (const int medium : {surface.medium_above, surface.medium_below})
-                named = named || (medium >= 0 && scene.media[static_cast<std::size_t>(medium)].name == "water");
+            for (const int side : {surface.medium_above, surface.medium_below})
+                named = named || (side >= 0 && scene.media[static_cast<std::size_t>(side)].name == "water");
             if (surface.medium_below >= 0 || surface.closed) continue;
             if (first && first->ior_below != surface.ior_below)
                 throw Error(ErrorCode::Input,

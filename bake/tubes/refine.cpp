@@ -11,7 +11,7 @@ namespace {
 
 // Of the unfocused light on a voxel's face: tubes that carry less are not divided. What they misplace cannot be seen,
 // and behind many events, or at a grazing entry, there would be no end of them.
-constexpr double kLeastPower = 1.0 / 1024;
+constexpr double kLeastPower = 1.0 / 256;
 
 // Tubes that stay outside of the grid are divided down to this [voxels].
 constexpr double kWideOutside = 1;

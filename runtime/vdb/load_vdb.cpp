@@ -25,7 +25,7 @@ VoxelTransform transformOf(const GridFrame& frame) {
         out.origin_world[row] = frame.origin_world[r];
         for (std::size_t column = 0; column < 3; ++column) {
             const auto c = static_cast<int>(column);
-            out.worldFromIndex()[3 * row + column] = frame.worldFromIndex()[c][r];  // GLM counts columns first
+            out.world_from_index[3 * row + column] = frame.worldFromIndex()[c][r];  // GLM counts columns first
             out.index_from_world[3 * row + column] = inverse[c][r];
         }
     }

@@ -213,6 +213,7 @@ TEST(EikonalPoint, FarAwayItIsASun) {
         ASSERT_NEAR(double(b.caustic->value(v, 0)), double(a.caustic->value(v, 0)), 5e-3);
     });
     EXPECT_NEAR(std::stod(b.metadata.at("first_caustic_z")), std::stod(a.metadata.at("first_caustic_z")), 5e-3);
+    lamp.lights[0].type = LightType::Point;
     EXPECT_NE(waveMethod().refusal(lamp), "");
 }
 
