@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The smallest game: a window, a light volume, and a ball that swims through its light over the lit floor. Forward
-// shading: the game's own shader calls photicIrradiance(). `game pool.nvdb`; a number of frames behind it ends the game
-// after so many.
+// The smallest game: a window, a light volume, and a ball that swims through its light. Forward shading: the game's own
+// shader calls photicIrradiance(). `game pool.nvdb`; a number of frames behind it ends the game after so many.
 #include <epoxy/gl.h>
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
@@ -17,8 +16,7 @@ using namespace photic::runtime;
 
 static const char* const kVertex = R"(#version 430 core
 uniform vec3 centre, eye;   // [m]
-uniform vec2 floor_low, floor_high;
-uniform float radius, aspect;  // radius 0: the floor, at the centre's height
+uniform float radius, aspect;
 out vec3 world, normal;
 void main() {
     // A ball of 32 x 32 cells, from the vertex's number alone.
@@ -27,11 +25,6 @@ void main() {
     vec2 angle = at / 32.0 * vec2(6.2831853, 3.1415927);
     normal = vec3(sin(angle.y) * cos(angle.x), sin(angle.y) * sin(angle.x), cos(angle.y));
     world = centre + radius * normal;
-    if (radius == 0.0) {
-        vec2 share = vec2(corner == 1 || corner == 2 || corner == 4 ? 1 : 0, corner == 2 || corner > 3 ? 1 : 0);
-        world = vec3(mix(floor_low, floor_high, share), centre.z);
-        normal = vec3(0.0, 0.0, 1.0);
-    }
     // A camera that looks along +y, 60 degrees high.
     vec3 seen = world - eye;
     gl_Position = vec4(seen.x * 1.732 / aspect, seen.z * 1.732, 0.5 * seen.y - 0.1, seen.y);
@@ -40,13 +33,11 @@ void main() {
 // Behind photic's GLSL: what the light of the volume gives the ball's surface.
 static const char* const kFragment = R"(
 in vec3 world, normal;
-uniform vec3 albedo;
-uniform float exposure, sky;  // sky: a little light from everywhere [W/m2]
+uniform float exposure;
 out vec4 colour;
 void main() {
-    vec3 n = normalize(normal);
-    vec3 irradiance = photicIrradiance(world, n) + sky * (0.7 + 0.3 * n.z) * vec3(0.7, 0.9, 1.0);
-    vec3 radiance = irradiance * albedo / 3.14159265 * exposure;
+    vec3 irradiance = photicIrradiance(world, normalize(normal));
+    vec3 radiance = irradiance * 0.8 / 3.14159265 * exposure;
     colour = vec4(pow(radiance / (1.0 + radiance), vec3(1.0 / 2.2)), 1.0);
 })";
 
@@ -85,8 +76,6 @@ static int play(GLFWwindow* window, const Volume& volume, int frames) {
     const VoxelBox box = volume.litVoxels();
     const Vec3 low = volume.voxelCentre(box.min[0], box.min[1], box.min[2]);
     const Vec3 high = volume.voxelCentre(box.max[0], box.max[1], box.max[2]);
-    // Light goes on two voxels beyond the floor, so that a look-up at the floor has light on both sides.
-    const Vec3 floor = volume.voxelCentre(box.min[0], box.min[1], box.min[2] + 2);
     const double size = high.x - low.x, x = (low.x + high.x) / 2, y = (low.y + high.y) / 2, z = (low.z + high.z) / 2;
     const auto uniform = [&](const char* name) { return glGetUniformLocation(program, name); };
     int lit = 0;
@@ -96,33 +85,23 @@ static int play(GLFWwindow* window, const Volume& volume, int frames) {
         glfwGetFramebufferSize(window, &width, &height);
         glViewport(0, 0, width, height);
         glEnable(GL_DEPTH_TEST);
-        glClearColor(0.10f, 0.28f, 0.36f, 1);
+        glClearColor(0.02f, 0.05f, 0.07f, 1);
         glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
         glUseProgram(program);
         light->bind();
-        const auto draw = [&](const float(&albedo)[3], double radius, int vertex_count) {
-            glUniform3fv(uniform("albedo"), 1, albedo);
-            glUniform1f(uniform("radius"), float(radius));
-            glDrawArrays(GL_TRIANGLES, 0, vertex_count);
-        };
-        glUniform3f(uniform("eye"), float(x), float(y - size), float(z + 0.15 * size));
-        glUniform1f(uniform("aspect"), float(width) / float(height));
-        glUniform2f(uniform("floor_low"), float(low.x), float(low.y));
-        glUniform2f(uniform("floor_high"), float(high.x), float(high.y));
-        const double unit = volume.metadata().reference_irradiance;
-        glUniform1f(uniform("exposure"), float(4 / unit));
-        glUniform1f(uniform("sky"), float(0.15 * unit));
-        glBindVertexArray(vertices);
-        glUniform3f(uniform("centre"), 0, 0, float(floor.z));
-        draw({0.80f, 0.83f, 0.80f}, 0, 6);
         glUniform3f(uniform("centre"), float(x + 0.2 * size * std::cos(0.02 * frame)),
                     float(y + 0.2 * size * std::sin(0.02 * frame)), float(z));
-        draw({0.95f, 0.55f, 0.30f}, 0.15 * size, 32 * 32 * 6);
+        glUniform3f(uniform("eye"), float(x), float(y - size), float(z + 0.15 * size));
+        glUniform1f(uniform("radius"), float(0.2 * size));
+        glUniform1f(uniform("aspect"), float(width) / float(height));
+        glUniform1f(uniform("exposure"), float(4 / volume.metadata().reference_irradiance));
+        glBindVertexArray(vertices);
+        glDrawArrays(GL_TRIANGLES, 0, 32 * 32 * 6);
         if (frames > 0 && frame == frames - 1) {  // a test: is there light on the ball?
             for (int i = 0; i < 64; ++i) {
                 unsigned char pixel[4] = {};
                 glReadPixels(width / 4 + i * width / 128, height / 2, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel);
-                lit += pixel[0] > 150;  // more than the sky gives
+                lit += pixel[0] > 100;
             }
             std::printf("lit pixels: %d of 64\n", lit);
         }
