@@ -68,7 +68,8 @@ void seedByVertices(const EikonalFront& front, double spacing, EikonalGrid& g) {
 
 void costsAtSides(const EikonalFront& front, EikonalGrid& g) {
     const int low = EikonalGrid::kGhosts, high_x = g.size.x - 1 - low, high_y = g.size.y - 1 - low;
-    for (const DomainSide side : {DomainSide{0, low, 1}, DomainSide{0, high_x, 1}, DomainSide{1, low, 0}, DomainSide{1, high_y, 0}}) {
+    for (const DomainSide side :
+         {DomainSide{0, low, 1}, DomainSide{0, high_x, 1}, DomainSide{1, low, 0}, DomainSide{1, high_y, 0}}) {
         const int last = side.axis == 0 ? high_y : high_x;
         BlockGrid flat(BlockGrid::blocksFor({last + 1, g.size.z, 1}));
         CellMask fixed(flat);

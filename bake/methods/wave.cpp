@@ -361,6 +361,9 @@ std::string waveRefusal(const Scene& scene) {
     Scene constant = scene;
     constant.index = nullptr;
     if (std::string refusal = specularRefusal(constant); !refusal.empty()) return refusal;
+    for (const Light& light : scene.lights)
+        if (light.type != LightType::Sun || light.position)
+            return fmt::format("the light '{}' is no sun, and waves start from suns; use beams", light.name);
     if (scene.surfaces.size() > 1)
         return "waves run from one surface; bake the others as scenes of their own, or use beams";
     const Surface& surface = scene.surfaces.front();

@@ -30,18 +30,18 @@ inline constexpr const char* kMetaPaths = "photic:paths";            // string: 
 inline constexpr const char* kMetaQuadrature = "photic:quadrature";  // int: points across a layer
 inline constexpr const char* kMetaPrefilter = "photic:prefilter";    // bool: made for trilinear look-ups
 inline constexpr const char* kMetaReferenceIrradiance =
-    "photic:reference_irradiance";                                   // double [W/m2]: stored 1 means this
-inline constexpr const char* kMetaIor = "photic:ior";                // double: of the medium
-inline constexpr const char* kMetaScattering = "photic:scattering";  // string: [1/m], a number or [r,g,b]
-inline constexpr const char* kMetaAbsorption = "photic:absorption";  // string: the same
-inline constexpr const char* kMetaAnisotropy = "photic:anisotropy";  // string: Henyey-Greenstein g
-inline constexpr const char* kMetaPeriod = "photic:period";          // string: [x,y,0] [m]
+    "photic:reference_irradiance";                                    // double [W/m2]: stored 1 means this
+inline constexpr const char* kMetaIor = "photic:ior";                 // double: of the medium
+inline constexpr const char* kMetaScattering = "photic:scattering";   // string: [1/m], a number or [r,g,b]
+inline constexpr const char* kMetaAbsorption = "photic:absorption";   // string: the same
+inline constexpr const char* kMetaAnisotropy = "photic:anisotropy";   // string: Henyey-Greenstein g
+inline constexpr const char* kMetaPeriod = "photic:period";           // string: [x,y,0] [m]
 inline constexpr const char* kMetaWaterLevel = "photic:water_level";  // double [m]: z of the still water's surface
-inline constexpr const char* kMetaUpAxis = "photic:up_axis";         // string: "Z"
-inline constexpr const char* kMetaFrame = "photic:frame";            // int
-inline constexpr const char* kMetaLedger = "photic:ledger";          // string: both ledgers, JSON
-inline constexpr const char* kMetaSceneHash = "photic:scene_hash";   // string: 16 hexadecimal digits
-inline constexpr const char* kMetaClamped = "photic:clamped";        // int64: values cut to kLargest
+inline constexpr const char* kMetaUpAxis = "photic:up_axis";          // string: "Z"
+inline constexpr const char* kMetaFrame = "photic:frame";             // int
+inline constexpr const char* kMetaLedger = "photic:ledger";           // string: both ledgers, JSON
+inline constexpr const char* kMetaSceneHash = "photic:scene_hash";    // string: 16 hexadecimal digits
+inline constexpr const char* kMetaClamped = "photic:clamped";         // int64: values cut to kLargest
 
 /// Largest half float; no stored value exceeds it, in 32-bit files either.
 inline constexpr float kLargest = 65504.0f;

@@ -25,7 +25,8 @@ void restoreBuffer(const GlFunctions& gl, GLenum, const GLint* v) {
 }
 
 constexpr Item kItemTable[] = {
-    {{GL_VERTEX_ARRAY_BINDING}, [](const GlFunctions& gl, GLenum, const GLint* v) { gl.BindVertexArray(object(v[0])); }},
+    {{GL_VERTEX_ARRAY_BINDING},
+     [](const GlFunctions& gl, GLenum, const GLint* v) { gl.BindVertexArray(object(v[0])); }},
     {{GL_ARRAY_BUFFER_BINDING}, restoreBuffer<GL_ARRAY_BUFFER>},
     {{GL_UNIFORM_BUFFER_BINDING}, restoreBuffer<GL_UNIFORM_BUFFER>},
     {{GL_SHADER_STORAGE_BUFFER_BINDING}, restoreBuffer<GL_SHADER_STORAGE_BUFFER>},

@@ -245,9 +245,6 @@ TEST(BadInput, VolumesThatAreNone) {
 
 TEST(BadInput, WhatIsNotBuiltYetIsRefusedByName) {
     PoolText pool;
-    pool.extra = "[[light]]\ntype = \"spot\"";
-    expectSceneRefused(pool, 3, {"spot"});
-    pool.extra = "";
     pool.bake = "method = \"beams\"\ngrids = [\"irradiance\", \"arrival_time\"]";
     expectSceneRefused(pool, 3, {"arrival_time"});
 }
