@@ -2,18 +2,25 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <map>
 #include <optional>
-#include <set>
 
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/export_budget.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/file/nvdb.h"
+#include "bake/file/output_set.h"
+#include "bake/file/sidecar.h"
 #include "bake/file/slice_atlas.h"
 #include "bake/file/texture_3d.h"
+#include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 
@@ -54,26 +61,98 @@ struct Selection {
     }
 };
 
-/// The box that holds the light of all volumes. One volume needs none: its file finds it.
-std::optional<VoxelBox> boxOfAll(const std::vector<std::string>& volumes, const Selection& selection,
-                                 Terminal& terminal) {
+/// Corners of a box [m].
+struct WorldBox {
+    glm::dvec3 low{0}, high{0};
+};
+
+std::optional<WorldBox> parseBox(const std::string& text) {
+    if (text.empty()) return {};
+    WorldBox box;
+    int used = 0;
+    const int read = std::sscanf(text.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf%n", &box.low.x, &box.low.y, &box.low.z,
+                                 &box.high.x, &box.high.y, &box.high.z, &used);
+    const bool sound = read == 6 && used == static_cast<int>(text.size()) && box.low.x < box.high.x &&
+                       box.low.y < box.high.y && box.low.z < box.high.z && std::isfinite(glm::length(box.low)) &&
+                       std::isfinite(glm::length(box.high));
+    if (sound) return box;
+    throw Error(ErrorCode::Usage,
+                fmt::format("'{}' is no box; write x,y,z,x,y,z in metres, the lower corner first, for instance "
+                            "--box=-1,-1,-2,1,1,0",
+                            text),
+                "--box");
+}
+
+/// The voxels of a dense file whose centres lie in a box.
+VoxelBox voxelsIn(const WorldBox& box, const LightVolume& volume) {
+    const StraightField straight(volume);
+    const GridFrame& frame = straight.field().frame();
+    constexpr double kRounding = 1e-6;  // of a voxel, so that a box of whole voxels holds them all
+    const glm::dvec3 a = frame.indexFromWorld(box.low), b = frame.indexFromWorld(box.high);
+    const glm::dvec3 low = glm::ceil(glm::min(a, b) - kRounding), high = glm::floor(glm::max(a, b) + kRounding);
+    constexpr double kFarthest = 1e9;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (low[axis] <= high[axis] && low[axis] > -kFarthest && high[axis] < kFarthest) continue;
+        throw Error(ErrorCode::Usage,
+                    "holds no voxel's centre, or too many; make it as large as what is to be exported", "--box");
+    }
+    return {glm::ivec3(low), glm::ivec3(high)};
+}
+
+/// What a first look at the volumes finds.
+struct Survey {
+    std::vector<std::string> outputs;  ///< of each volume
+    /// That holds the light of all volumes. One volume needs none: its file finds it.
     std::optional<VoxelBox> box;
+};
+
+/// The output's name gets the frame of each volume.
+bool numbered(const ExportArguments& arguments) {
+    return arguments.volumes.size() > 1 ||
+           std::filesystem::path(arguments.output).filename().string().find('#') != std::string::npos;
+}
+
+/// Volumes that share what a sequence's files have in common: those to export, and the rest of their sequence.
+std::vector<std::string> sharing(const ExportArguments& arguments) {
+    std::vector<std::string> all = arguments.sequence;
+    for (const std::string& path : arguments.volumes)
+        if (std::find(all.begin(), all.end(), path) == all.end()) all.push_back(path);
+    return all;
+}
+
+Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& selection, Terminal& terminal) {
+    const std::vector<std::string> all = sharing(arguments);
+    if (!numbered(arguments) && all.size() == 1) return {{arguments.output}, {}};
+    Survey survey;
+    std::map<std::string, std::string> output_of, volume_of;
     std::optional<GridFrame> grid;
-    for (std::size_t i = 0; volumes.size() > 1 && i < volumes.size(); ++i) {
-        terminal.progress("read", static_cast<double>(i) / static_cast<double>(volumes.size()));
-        const LightVolume volume = readVdb(volumes[i]);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        terminal.progress("read", static_cast<double>(i) / static_cast<double>(all.size()));
+        const LightVolume volume = readVdb(all[i]);
         terminal.checkCancelled();
         if (grid && !sameGrid(*grid, volume.field.frame())) {
             throw Error(ErrorCode::Input,
                         fmt::format("its voxels are not those of '{}'; frames of one sequence share a grid: bake them "
                                     "with one [domain]",
-                                    volumes[0]),
-                        volumes[i]);
+                                    all[0]),
+                        all[i]);
         }
         grid = volume.field.frame();
-        box = together(box, selection.plan ? litBox(selection.of(volume, terminal)) : litBox(volume));
+        output_of[all[i]] =
+            numbered(arguments) ? withFrame(arguments.output, frameOf(volume, all[i])) : arguments.output;
+        if (dense && arguments.box.empty() && all.size() > 1)
+            survey.box = together(survey.box, selection.plan ? litBox(selection.of(volume, terminal)) : litBox(volume));
     }
-    return box;
+    for (const std::string& path : arguments.volumes) {
+        survey.outputs.push_back(output_of.at(path));
+        const auto [other, fresh] = volume_of.emplace(survey.outputs.back(), path);
+        if (!fresh) {
+            throw Error(ErrorCode::Input,
+                        fmt::format("holds the same frame as '{}'; both would be {}", other->second, other->first),
+                        path);
+        }
+    }
+    return survey;
 }
 
 /// A file format for other programs: how it is called, and what the command line may say about it.
@@ -100,6 +179,9 @@ const FormatRow& formatOf(const ExportArguments& arguments) {
 }
 
 void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
+    if (format.format == Format::Nvdb && !arguments.box.empty())
+        throw Error(ErrorCode::Usage, "is for dense files; an .nvdb holds the voxels with light, and needs no box",
+                    "--box");
     if (format.format == Format::Nvdb) return;
     const auto refuse = [&](const char* option) {
         throw Error(
@@ -109,6 +191,13 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
     };
     if (arguments.precision) refuse("--precision");
     if (arguments.codec) refuse("--codec");
+}
+
+/// Claims the files of one volume, before any is made.
+void claim(OutputSet& outputs, const std::string& output, Format format) {
+    outputs.writes("the output", output);
+    if (format == Format::Dds || format == Format::UnityVf || format == Format::SliceAtlas)
+        outputs.writesBeside("the sidecar of the output", sidecarPath(output), isSidecar);
 }
 
 void checkBudget(const ExportArguments& arguments) {
@@ -131,9 +220,10 @@ Selection select(const ExportArguments& arguments, Format format, Terminal& term
     const std::vector<ExportPlan> plans = exportPlans(selection.receivers());
     const auto bytes = static_cast<std::int64_t>(*arguments.budget_mb * kMiB);
     std::size_t chosen = 0;
-    for (const std::string& path : arguments.volumes)
+    const std::vector<std::string> all = sharing(arguments);
+    for (const std::string& path : all)
         chosen = fittingPlan(readVdb(path), plans, chosen, bytes, memoryOf(format), selection.receivers(), terminal);
-    selection.plan = sharedPlan(readVdb(arguments.volumes.front()), plans[chosen], selection.receivers(), terminal);
+    selection.plan = sharedPlan(readVdb(all.front()), plans[chosen], selection.receivers(), terminal);
     return selection;
 }
 
@@ -164,26 +254,26 @@ struct Written {
     std::int64_t voxels = 0;  ///< with light, or those of the dense box
 };
 
-Written write(const ExportArguments& arguments, Format format, const std::string& output, const LightVolume& volume,
-              const std::optional<VoxelBox>& box) {
+Written write(const ExportArguments& arguments, Format format, OutputSet& outputs, const std::string& output,
+              const LightVolume& volume, const std::optional<VoxelBox>& box) {
     const auto dense = [](const DenseWritten& written) {
         return Written{written, std::int64_t{written.size.x} * written.size.y * written.size.z};
     };
     switch (format) {
         case Format::Ktx2:
-            return dense(writeTextures(output, volume, TextureFormat::Ktx2, box));
+            return dense(writeTextures(outputs, output, volume, TextureFormat::Ktx2, box));
         case Format::Dds:
-            return dense(writeTextures(output, volume, TextureFormat::Dds, box));
+            return dense(writeTextures(outputs, output, volume, TextureFormat::Dds, box));
         case Format::UnityVf:
-            return dense(writeTextures(output, volume, TextureFormat::UnityVf, box));
+            return dense(writeTextures(outputs, output, volume, TextureFormat::UnityVf, box));
         case Format::SliceAtlas:
-            return dense(writeSliceAtlas(output, volume, box));
+            return dense(writeSliceAtlas(outputs, output, volume, box));
         case Format::Nvdb:
             break;
     }
     const NvdbOptions options{arguments.precision.value_or(NvdbPrecision::Half),
-                              arguments.codec.value_or(NvdbCodec::None)};
-    const NvdbWritten written = writeNvdb(output, volume, options);
+                              arguments.codec.value_or(NvdbCodec::Blosc)};
+    const NvdbWritten written = writeNvdb(outputs, output, volume, options);
     return {{{output}, volume.field.frame().size(), written.clamped}, written.active_voxels};
 }
 
@@ -221,25 +311,31 @@ int run(const ExportArguments& arguments, Terminal& terminal) {
     const FormatRow& format = formatOf(arguments);
     checkOptions(arguments, format);
     checkBudget(arguments);
-    checkWritable(arguments.output);
-    const bool sequence = arguments.volumes.size() > 1 ||
-                          std::filesystem::path(arguments.output).filename().string().find('#') != std::string::npos;
+    const std::optional<WorldBox> wanted = parseBox(arguments.box);
+    OutputSet outputs;
+    outputs.reads("the volume", arguments.volumes);
+    outputs.reads("a volume of the sequence", arguments.sequence);
+    if (!arguments.scene.empty()) outputs.reads("the scene", arguments.scene);
+    // A sequence's files are known once their frames are; the first look at the volumes finds them.
+    if (!numbered(arguments)) claim(outputs, arguments.output, format.format);
+    const FilesRead files;
     const Selection selection = select(arguments, format.format, terminal);
-    const std::optional<VoxelBox> box = boxOfAll(arguments.volumes, selection, terminal);
-    std::set<std::string> outputs;
+    outputs.reads("a file of the scene", files.paths());
+    const Survey survey = surveyed(arguments, format.format != Format::Nvdb, selection, terminal);
+    for (const std::string& output : survey.outputs)
+        if (numbered(arguments)) claim(outputs, output, format.format);
     Json frames = Json::array();
-    for (const std::string& path : arguments.volumes) {
-        terminal.progress("write", static_cast<double>(outputs.size()) / static_cast<double>(arguments.volumes.size()));
+    for (std::size_t i = 0; i < arguments.volumes.size(); ++i) {
+        terminal.progress("write", static_cast<double>(i) / static_cast<double>(arguments.volumes.size()));
+        const std::string& path = arguments.volumes[i];
         const LightVolume volume = readVdb(path);
         terminal.checkCancelled();
-        const std::string output = sequence ? withFrame(arguments.output, frameOf(volume, path)) : arguments.output;
-        if (!outputs.insert(output).second) {
-            throw Error(ErrorCode::Input, "holds the same frame as a volume before it; both would be " + output, path);
-        }
         std::optional<LightVolume> less;
         if (selection.plan) less.emplace(selection.of(volume, terminal));
         const LightVolume& exported = less ? *less : volume;
-        const Written written = write(arguments, format.format, output, exported, box);
+        const Written written = write(arguments, format.format, outputs, survey.outputs[i], exported,
+                                      wanted ? voxelsIn(*wanted, exported) : survey.box);
+        outputs.commit();
         frames.push_back(reported(path, written, arguments, format, terminal));
         frames.back()["budget"] =
             less ? budgetReport(volume, exported, selection, format.format, terminal) : Json(nullptr);

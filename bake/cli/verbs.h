@@ -85,6 +85,9 @@ struct ExportArguments {
     std::optional<NvdbCodec> codec;
     std::optional<double> budget_mb;  ///< of memory in a game
     std::string scene;                ///< where the receivers are, for the budget
+    std::string box;                  ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
+    /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.
+    std::vector<std::string> sequence;
     bool json = false;
 };
 

@@ -17,7 +17,7 @@ enum class NvdbCodec { None, Zip, Blosc };
 
 struct NvdbOptions {
     NvdbPrecision precision = NvdbPrecision::Half;
-    NvdbCodec codec = NvdbCodec::None;  ///< the run-time library reads None only
+    NvdbCodec codec = NvdbCodec::None;  ///< the run-time library reads None and Blosc
 };
 
 struct NvdbWritten {
@@ -31,5 +31,8 @@ struct NvdbWritten {
 /// @throws Error{Failed} (full disk, no permission; nothing is left half-written); Error{Usage} for a codec that this
 /// program was built without
 NvdbWritten writeNvdb(const std::string& path, const LightVolume& volume, const NvdbOptions& options);
+/// The same as a file of a set, which OutputSet::commit() renames.
+NvdbWritten writeNvdb(OutputSet& outputs, const std::string& path, const LightVolume& volume,
+                      const NvdbOptions& options);
 
 }  // namespace photic

@@ -14,6 +14,7 @@
 #include "bake/file/active_leaves.h"
 #include "bake/file/checked_file.h"
 #include "bake/file/nvdb.h"
+#include "bake/file/output_set.h"
 #include "bake/file/runtime_metadata.h"
 #include "bake/file/voxel_encoding.h"
 #include "bake/report/error.h"
@@ -207,7 +208,15 @@ bool readsBack(const std::string& path, std::size_t grids, std::int64_t active) 
 }  // namespace
 
 NvdbWritten writeNvdb(const std::string& path, const LightVolume& volume, const NvdbOptions& options) {
-    CheckedFile file(path);  // before the work: a folder that cannot be written to shows at once
+    OutputSet outputs;
+    const NvdbWritten written = writeNvdb(outputs, path, volume, options);
+    outputs.commit();
+    return written;
+}
+
+NvdbWritten writeNvdb(OutputSet& outputs, const std::string& path, const LightVolume& volume,
+                      const NvdbOptions& options) {
+    CheckedFile& file = outputs.open(path);  // before the work: a folder that cannot be written to shows at once
     try {
         NvdbWritten written;
         const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::Light);
@@ -216,7 +225,6 @@ NvdbWritten writeNvdb(const std::string& path, const LightVolume& volume, const 
         nanovdb::io::writeGrids(file.stream(), grids, codecOf(options.codec));
         file.finish();
         if (!readsBack(file.temporaryPath(), grids.size(), written.active_voxels)) file.fail(0);
-        file.commit();
         return written;
     } catch (const std::ios_base::failure&) {
         file.fail(file.buffer().failure());

@@ -6,15 +6,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <filesystem>
 #include <glm/common.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <vector>
 
+#include "bake/file/output_set.h"
+#include "bake/file/sidecar.h"
 #include "bake/file/voxel_encoding.h"
-#include "bake/image/atomic_file.h"
 #include "bake/image/image.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -87,6 +87,14 @@ nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
                              const std::optional<VoxelBox>& wanted) {
+    OutputSet outputs;
+    const DenseWritten written = writeSliceAtlas(outputs, path, volume, wanted);
+    outputs.commit();
+    return written;
+}
+
+DenseWritten writeSliceAtlas(OutputSet& outputs, const std::string& path, const LightVolume& volume,
+                             const std::optional<VoxelBox>& wanted) {
     const StraightField straight(volume);
     const LightField& field = straight.field();
     const GridFrame& frame = field.frame();
@@ -97,16 +105,14 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
     const Layout layout = fittingLayout(size, voxel.x);
     const bool coloured = field.channels().irradiance == 3;
 
-    const std::filesystem::path target(path);
-    const std::filesystem::path base = target.parent_path() / target.stem();
-    const std::string rgb_path = base.string() + "_rgb.exr";
+    const std::string rgb_path = partPath(path, "_rgb"), sidecar_path = sidecarPath(path);
+    if (coloured) outputs.writesBeside("the atlas of the colours", rgb_path, isTexture);
     const glm::dvec3 origin = frame.worldFromIndex(box.min);
     const glm::dvec3 a = origin - 0.5 * voxel, b = frame.worldFromIndex(box.max) + 0.5 * voxel;
     nlohmann::json json = {
         {"photic_atlas", format::kAtlasVersion},
-        {"image", target.filename().string()},
-        {"rgb_image",
-         coloured ? nlohmann::json(std::filesystem::path(rgb_path).filename().string()) : nlohmann::json(nullptr)},
+        {"image", nameOf(path)},
+        {"rgb_image", coloured ? nlohmann::json(nameOf(rgb_path)) : nlohmann::json(nullptr)},
         {"width", layout.columns * size.x},
         {"height", layout.rows * size.y},
         {"columns", layout.columns},
@@ -132,15 +138,18 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
     // The sidecar last: a reader that finds it finds the images too.
     DenseWritten written{{path}, size, 0};
     std::atomic<std::int64_t> clamped{0};
-    writeExr(path, atlasImage(field, box, layout, reference, false, clamped), ChannelDepth::Half);
+    const auto write = [&](const std::string& file, bool rgb) {
+        outputs.write(file,
+                      encodeExr(file, atlasImage(field, box, layout, reference, rgb, clamped), ChannelDepth::Half));
+    };
+    write(path, false);
     if (coloured) {
-        writeExr(rgb_path, atlasImage(field, box, layout, reference, true, clamped), ChannelDepth::Half);
+        write(rgb_path, true);
         written.files.push_back(rgb_path);
     }
     written.clamped = clamped;
-    written.files.push_back(base.string() + ".json");
-    writeFileAtomically(written.files.back(),
-                        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    written.files.push_back(sidecar_path);
+    outputs.write(sidecar_path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return written;
 }
 

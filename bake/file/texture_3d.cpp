@@ -7,24 +7,21 @@
 #include <array>
 #include <atomic>
 #include <cstring>
-#include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
-#include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bake/file/checked_file.h"
+#include "bake/file/output_set.h"
 #include "bake/file/runtime_metadata.h"
+#include "bake/file/sidecar.h"
 #include "bake/file/texture_headers.h"
 #include "bake/file/voxel_encoding.h"
-#include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // Light of the box's voxels in units of the reference, as single texels.
@@ -96,19 +93,16 @@ void writeTexels(const TextureFile& file, std::ostream& stream) {
     }
 }
 
-// All files of a set under temporary names, then renamed together.
-void writeAll(const std::vector<TextureFile>& files) {
-    std::vector<std::unique_ptr<CheckedFile>> open;
-    for (const TextureFile& file : files) open.push_back(std::make_unique<CheckedFile>(file.path));
-    for (std::size_t i = 0; i < files.size(); ++i) {
+void writeAll(OutputSet& outputs, const std::vector<TextureFile>& files) {
+    for (const TextureFile& file : files) {
+        CheckedFile& open = outputs.open(file.path);
         try {
-            writeTexels(files[i], open[i]->stream());
+            writeTexels(file, open.stream());
         } catch (const std::ios_base::failure&) {
-            open[i]->fail(open[i]->buffer().failure());
+            open.fail(open.buffer().failure());
         }
-        open[i]->finish();
+        open.finish();
     }
-    for (const auto& file : open) file->commit();
 }
 
 template <class Value>
@@ -154,15 +148,17 @@ glm::dmat4 turned(const glm::dmat4& m) {
     return swap * m * swap;
 }
 
-std::string beside(const std::string& path, const char* suffix) {
-    const fs::path target(path);
-    return (target.parent_path() / (target.stem().string() + suffix + target.extension().string())).string();
-}
-std::string nameOf(const std::string& path) { return fs::path(path).filename().string(); }
-
 }  // namespace
 
 DenseWritten writeTextures(const std::string& path, const LightVolume& volume, TextureFormat format,
+                           const std::optional<VoxelBox>& wanted) {
+    OutputSet outputs;
+    const DenseWritten written = writeTextures(outputs, path, volume, format, wanted);
+    outputs.commit();
+    return written;
+}
+
+DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const LightVolume& volume, TextureFormat format,
                            const std::optional<VoxelBox>& wanted) {
     const StraightField straight(volume);
     const GridFrame& frame = straight.field().frame();
@@ -173,7 +169,9 @@ DenseWritten writeTextures(const std::string& path, const LightVolume& volume, T
     const bool coloured = straight.field().channels().irradiance == 3, unity = format == TextureFormat::UnityVf;
     const glm::dmat4 world = worldFromTexture(frame, light.box());
 
-    const std::string rgb_path = beside(path, "_rgb"), flux_path = beside(path, "_flux");
+    const std::string rgb_path = partPath(path, "_rgb"), flux_path = partPath(path, "_flux");
+    if (coloured) outputs.writesBeside("the texture of the colours", rgb_path, isTexture);
+    if (unity) outputs.writesBeside("the texture of the flux", flux_path, isTexture);
     Json json = runtimeMetadata(volume);
     json["world_from_texture"] = rowsOf(unity ? turned(world) : world);
     json["texture_size"] = unity ? Json{size.x, size.z, size.y} : Json{size.x, size.y, size.z};
@@ -207,15 +205,14 @@ DenseWritten writeTextures(const std::string& path, const LightVolume& volume, T
                              })});
         }
     }
-    writeAll(files);
+    writeAll(outputs, files);
 
     DenseWritten written{{}, size, light.clamped()};
     for (const TextureFile& file : files) written.files.push_back(file.path);
     if (format != TextureFormat::Ktx2) {
         // The sidecar last: a reader that finds it finds the textures too.
-        const fs::path target(path);
-        written.files.push_back((target.parent_path() / (target.stem().string() + ".json")).string());
-        writeFileAtomically(written.files.back(), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+        written.files.push_back(sidecarPath(path));
+        outputs.write(written.files.back(), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }
     return written;
 }

@@ -11,8 +11,8 @@ namespace photic {
 /// Files that hold a dense 3D texture (docs/files.md).
 enum class TextureFormat {
     Ktx2,    ///< RGBA16F: flux.xyz + irradiance; metadata inside
-    Dds,     ///< the same texels, DX10 header; metadata in NAME.json
-    UnityVf  ///< 32-bit floats, axes turned to Unity's: irradiance, and NAME_flux.vf; metadata in NAME.json
+    Dds,     ///< the same texels, DX10 header; metadata in NAME.EXT.json
+    UnityVf  ///< 32-bit floats, axes turned to Unity's: irradiance, and NAME_flux.vf; metadata in NAME.EXT.json
 };
 
 /// Writes a light volume as dense 3D textures, cropped to the voxels with light (or to `box`): flux and irradiance in
@@ -22,6 +22,9 @@ enum class TextureFormat {
 /// @throws Error{Input} for more than 2048 texels a side, with the voxel size that fits; Error{Failed}: nothing is left
 /// half-written
 DenseWritten writeTextures(const std::string& path, const LightVolume& volume, TextureFormat format,
+                           const std::optional<VoxelBox>& box = {});
+/// The same as files of a set, which OutputSet::commit() renames.
+DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const LightVolume& volume, TextureFormat format,
                            const std::optional<VoxelBox>& box = {});
 
 }  // namespace photic

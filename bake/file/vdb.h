@@ -11,6 +11,8 @@
 
 namespace photic {
 
+class OutputSet;
+
 enum class Compression { None, Mask, Blosc, Zip };
 
 struct VdbOptions {
@@ -34,6 +36,9 @@ struct LightVolume {
 /// @throws Error{Failed} (full disk, no permission)
 /// @return number of active voxels
 std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const VdbOptions& options);
+/// The same as a file of a set, which OutputSet::commit() renames.
+std::int64_t writeVdb(OutputSet& outputs, const std::string& path, const LightVolume& volume,
+                      const VdbOptions& options);
 
 /// Reads a light volume, or any .vdb with `irradiance`. Needed voxels are the active ones.
 /// @throws Error{Input} when missing, truncated, not a .vdb, or without a known grid (lists the grids present)

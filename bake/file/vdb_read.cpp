@@ -8,11 +8,11 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 
 #include "bake/field/needed_voxels.h"
 #include "bake/file/vdb.h"
+#include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
 #include "runtime/format/light_volume_format.h"
 
@@ -29,7 +29,7 @@ constexpr std::uint64_t kLargestTiles = std::uint64_t{1}
 
 // All grids of a file. A stream that throws at its end: OpenVDB itself does not look whether a read came up short.
 openvdb::GridPtrVecPtr readGrids(const std::string& path, openvdb::MetaMap::Ptr& meta) {
-    if (std::filesystem::is_directory(path)) refuse(path, "it is a folder; give a .vdb file");
+    checkReadable(path);
     std::vector<char> buffer(std::size_t{1} << 17);
     std::ifstream in;
     in.rdbuf()->pubsetbuf(buffer.data(), static_cast<std::streamsize>(buffer.size()));

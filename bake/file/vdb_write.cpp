@@ -13,6 +13,7 @@
 
 #include "bake/file/active_leaves.h"
 #include "bake/file/checked_file.h"
+#include "bake/file/output_set.h"
 #include "bake/file/vdb.h"
 #include "bake/file/voxel_encoding.h"
 #include "bake/report/error.h"
@@ -215,13 +216,21 @@ bool readsBack(const std::string& path, const openvdb::GridPtrVec& grids, std::i
 }  // namespace
 
 std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const VdbOptions& options) {
+    OutputSet outputs;
+    const std::int64_t active = writeVdb(outputs, path, volume, options);
+    outputs.commit();
+    return active;
+}
+
+std::int64_t writeVdb(OutputSet& outputs, const std::string& path, const LightVolume& volume,
+                      const VdbOptions& options) {
     openvdb::initialize();
     if (!(volume.reference_irradiance > 0) || !std::isfinite(volume.reference_irradiance))
         throw Error(ErrorCode::Failed,
                     fmt::format("cannot write {}: the reference irradiance is {} W/m2; it must be positive", path,
                                 volume.reference_irradiance),
                     path);
-    CheckedFile file(path);  // before the work: a folder that cannot be written to shows at once
+    CheckedFile& file = outputs.open(path);  // before the work: a folder that cannot be written to shows at once
     try {
         const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::LightOrMedium);
         std::int64_t active = 0;
@@ -257,7 +266,6 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
         file.finish();
         file.patch(kUuidPosition, uuidFrom(file.buffer().hash()));
         if (!readsBack(file.temporaryPath(), grids, active)) file.fail(0);
-        file.commit();
         return active;
     } catch (const std::ios_base::failure&) {
         file.fail(file.buffer().failure());

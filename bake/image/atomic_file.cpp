@@ -55,7 +55,7 @@ void FilesRead::add(const std::string& path) {
 void checkReadable(const std::string& path) {
     struct stat status {};
     if (::stat(path.c_str(), &status) != 0) failToRead(path, std::strerror(errno));
-    if (S_ISDIR(status.st_mode)) failToRead(path, "it is a directory; give a file");
+    if (S_ISDIR(status.st_mode)) failToRead(path, "it is a folder (a directory); give a file");
     if (!S_ISREG(status.st_mode)) failToRead(path, "it is a device or a pipe; save what it gives to a file first");
     if (::access(path.c_str(), R_OK) != 0) failToRead(path, std::strerror(errno));
     if (t_files_read) t_files_read->add(path);

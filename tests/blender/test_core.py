@@ -121,13 +121,14 @@ class BakedFiles(unittest.TestCase):
         self.assertEqual(baked_files.following(self.folder, "Sea").number, 1)
 
     def test_whose_file(self):
-        for name in ("Sea_bake3.vdb", "Sea_bake3.0004.exr", "Sea_bake3_rgb.exr", "Sea_bake3_rgb.0004.exr", "Sea_bake3.json"):
+        for name in ("Sea_bake3.vdb", "Sea_bake3.0004.exr", "Sea_bake3_rgb.exr", "Sea_bake3_rgb.0004.exr", "Sea_bake3.json",
+                     "Sea_bake3.0004.exr.json"):
             self.assertEqual(baked_files.of(self.folder / name).number, 3, name)
         for name in ("Sea.vdb", "Sea_bake.vdb", "Sea_bake3.png", "Sea_bake3.vdb.part"):
             self.assertIsNone(baked_files.of(self.folder / name), name)
 
     def test_only_its_own_files_are_removed(self):
-        own = ["Sea_bake1.vdb", "Sea_bake1.json", "Sea_bake1.exr", "Sea_bake1_rgb.exr", "Sea_bake1.0002.vdb"]
+        own = ["Sea_bake1.vdb", "Sea_bake1.json", "Sea_bake1.exr.json", "Sea_bake1.exr", "Sea_bake1_rgb.exr", "Sea_bake1.0002.vdb"]
         others = ["Sea_bake11.vdb", "Sea_bake1.txt", "Sea_bake1.bak.vdb", "Deep_Sea_bake1.vdb", "Sea_bake2.vdb"]
         self.write(*own, *others)
         baked_files.Bake(str(self.folder), "Sea", 1).remove()

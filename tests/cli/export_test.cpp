@@ -20,9 +20,9 @@ TEST(Export, WritesEveryFormatAndSaysWhat) {
     for (const auto& [name, files] :
          std::map<std::string, Strings>{{"a.nvdb", {"a.nvdb"}},
                                         {"b.ktx2", {"b.ktx2", "b_rgb.ktx2"}},
-                                        {"c.dds", {"c.dds", "c_rgb.dds", "c.json"}},
-                                        {"d.vf", {"d.vf", "d_flux.vf", "d_rgb.vf", "d.json"}},
-                                        {"e.exr", {"e.exr", "e_rgb.exr", "e.json"}}}) {
+                                        {"c.dds", {"c.dds", "c_rgb.dds", "c.dds.json"}},
+                                        {"d.vf", {"d.vf", "d_flux.vf", "d_rgb.vf", "d.vf.json"}},
+                                        {"e.exr", {"e.exr", "e_rgb.exr", "e.exr.json"}}}) {
         const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", name, "--json"});
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         const auto document = outcome.json();
@@ -40,7 +40,7 @@ TEST(Export, WritesEveryFormatAndSaysWhat) {
         EXPECT_EQ(frame["cut_values"], 0);
         EXPECT_NE(outcome.err.find(name), std::string::npos);
     }
-    for (const char* sidecar : {"c.json", "d.json"}) {
+    for (const char* sidecar : {"c.dds.json", "d.vf.json"}) {
         const auto json = nlohmann::json::parse(place.read(sidecar));
         EXPECT_EQ(schemaBreaches(json, "runtime.md"), Strings{}) << sidecar;
         EXPECT_EQ(json["absorption"], (nlohmann::json{0.35, 0.07, 0.02}));
@@ -67,7 +67,7 @@ TEST(Export, PeriodicLightSaysItsPeriod) {
         const Outcome bake = photic(place, {"bake", "pool.toml"});
         ASSERT_EQ(bake.code, 0) << bake.err;
         ASSERT_EQ(photic(place, {"export", "pool.vdb", "-o", "a.dds"}).code, 0);
-        const auto json = nlohmann::json::parse(place.read("a.json"));
+        const auto json = nlohmann::json::parse(place.read("a.dds.json"));
         EXPECT_EQ(schemaBreaches(json, "runtime.md"), Strings{});
         ASSERT_EQ(json.contains("period"), whole_period_in_box);
         if (whole_period_in_box) {
@@ -87,6 +87,62 @@ TEST(Export, SequencesBecomeOneFileAFrame) {
     EXPECT_EQ(outcome.json()["frames"][1]["files"][0]["path"], "x.0002.nvdb");
     ASSERT_EQ(photic(place, {"export", "pool.0001.vdb", "pool.0002.vdb", "-o", "x.####.ktx2"}).code, 0);
     EXPECT_EQ(std::filesystem::file_size(place / "x.0001.ktx2"), std::filesystem::file_size(place / "x.0002.ktx2"));
+}
+
+TEST(Export, PartsOfASequenceAreLaidOutAsTheWhole) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "bump = { height = 0.1, radius = 0.2, speed = 1.0 }";
+    // What a moving bump focuses differs from frame to frame in its extent: only the receivers' band is kept.
+    pool.bake = "where = \"receivers\"\nband = 1\n";
+    pool.sun_direction = "[0, 0, -1]";
+    place.write("pool.toml", pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1-3"}).code, 0);
+    const Strings all{"pool.0001.vdb", "pool.0002.vdb", "pool.0003.vdb"};
+    for (const char* folder : {"whole", "part"}) std::filesystem::create_directory(place / folder);
+    const auto exported = [&](Strings volumes, const std::string& output, const Strings& options) {
+        Strings command{"export"};
+        command.insert(command.end(), volumes.begin(), volumes.end());
+        command.insert(command.end(), {"-o", output});
+        command.insert(command.end(), options.begin(), options.end());
+        const Outcome outcome = photic(place, command);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+    };
+    exported(all, "whole/a.####.ktx2", {});
+    for (const std::string frame : {"0001", "0002", "0003"}) {
+        exported({"pool." + frame + ".vdb"}, "part/a.####.ktx2", {"--sequence", all[0], all[1], all[2]});
+        EXPECT_TRUE(place.read("part/a." + frame + ".ktx2") == place.read("whole/a." + frame + ".ktx2")) << frame;
+    }
+    // One plan of a budget too: that of the frame that must leave out the most.
+    exported(all, "whole/a.####.nvdb", {"--budget", "0.3"});
+    exported({all[1]}, "part/a.nvdb", {"--budget", "0.3", "--sequence", all[0], all[1], all[2]});
+    EXPECT_TRUE(place.read("part/a.nvdb") == place.read("whole/a.0002.nvdb"));
+}
+
+TEST(Export, ABoxSaysWhatDenseFilesHold) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const auto sizeOf = [&](const std::string& box, const std::string& output) {
+        const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", output, "--box=" + box, "--json"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.json()["frames"][0]["size"];
+    };
+    // Voxels of 1/16 m, centred at odd multiples of 1/32: 16 in a metre, whether there is light or not.
+    EXPECT_EQ(sizeOf("-0.5,-0.5,-1,0.5,0.5,0", "a.ktx2"), (nlohmann::json{16, 16, 16}));
+    EXPECT_EQ(sizeOf("-2,-1,-0.5,2,1,0", "a.exr"), (nlohmann::json{64, 32, 8}));
+    const auto sidecar = nlohmann::json::parse(place.read("a.exr.json"));
+    EXPECT_NEAR(sidecar["bounds_world"]["min"][0].get<double>(), -2, 1e-9);
+    EXPECT_NEAR(sidecar["bounds_world"]["max"][2].get<double>(), 0, 1e-9);
+    for (const char* box : {"1,2,3", "0,0,0,0,1,1", "1,0,0,0,1,1", "nan,0,0,1,1,1", "0,0,0,1,1,1,1", "0,0,0,1e-3,1,1",
+                            "-1e300,0,0,1e300,1,1"}) {
+        const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", "b.ktx2", std::string("--box=") + box});
+        EXPECT_EQ(outcome.code, 2) << box << outcome.err;
+        EXPECT_NE(outcome.err.find("--box"), std::string::npos) << outcome.err;
+    }
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "b.nvdb", "--box=-1,-1,-1,1,1,1"}).code, 2);
+    EXPECT_FALSE(place.has("b.ktx2"));
+    EXPECT_FALSE(place.has("b.nvdb"));
 }
 
 TEST(Export, BudgetsAreKeptAndTheirErrorIsSaid) {

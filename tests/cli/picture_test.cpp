@@ -145,7 +145,7 @@ TEST(Picture, ExportWritesAtlasAndSidecar) {
     bakeFlatPool(place);
     ASSERT_EQ(photic(place, {"export", "pool.vdb", "-o", "atlas.exr"}).code, 0);
     EXPECT_TRUE(place.has("atlas.exr"));
-    EXPECT_TRUE(nlohmann::json::parse(place.read("atlas.json")).is_object());
+    EXPECT_TRUE(nlohmann::json::parse(place.read("atlas.exr.json")).is_object());
 }
 
 TEST(Picture, ExportLaysFramesOutAlike) {
@@ -167,8 +167,8 @@ bump = { height = 0.05, radius = 0.1 }
 )");
     ASSERT_EQ(photic(place, {"bake", "bump.toml", "--frames", "1-2"}).code, 0);
     ASSERT_EQ(photic(place, {"export", "bump.0001.vdb", "bump.0002.vdb", "-o", "light.####.exr"}).code, 0);
-    const auto first = nlohmann::json::parse(place.read("light.0001.json"));
-    const auto second = nlohmann::json::parse(place.read("light.0002.json"));
+    const auto first = nlohmann::json::parse(place.read("light.0001.exr.json"));
+    const auto second = nlohmann::json::parse(place.read("light.0002.exr.json"));
     for (const char* key : {"width", "height", "columns", "slices", "index_min", "world_from_index", "scale"})
         EXPECT_EQ(first[key], second[key]) << key;
     EXPECT_EQ(first["metadata"]["frame"], "1");

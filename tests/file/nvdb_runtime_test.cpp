@@ -66,5 +66,35 @@ TEST(NvdbRuntime, SamplesWhatWasWritten) {
     }
 }
 
+TEST(NvdbRuntime, PackedFilesAreAboutAsLargeAsTheirBricksAndHoldTheSame) {
+    // A whole box; a floor's band across eight of the tree's blocks; both in colour.
+    const glm::ivec3 min(-40, -40, -20), max(39, 39, 19);
+    for (const bool band : {false, true}) {
+        for (const bool coloured : {false, true}) {
+            const TemporaryFolder folder;
+            const LightVolume volume =
+                testVolume(straightFrame(min, max, 1.0 / 64), coloured,
+                           [&](const glm::ivec3& v) { return !band || (v.z >= -2 && v.z <= 1); });
+            writeNvdb(folder / "plain.nvdb", volume, {NvdbPrecision::Half, NvdbCodec::None});
+            writeNvdb(folder / "packed.nvdb", volume, {NvdbPrecision::Half, NvdbCodec::Blosc});
+            const auto bytes = static_cast<double>(std::filesystem::file_size(folder / "packed.nvdb"));
+            EXPECT_LE(bytes, 1.3 * static_cast<double>(runtimeSize(volume).bytes)) << band << coloured;
+            const auto plain = runtime::loadVolume(folder / "plain.nvdb"),
+                       packed = runtime::loadVolume(folder / "packed.nvdb");
+            ASSERT_TRUE(plain) << plain.error().message;
+            ASSERT_TRUE(packed) << packed.error().message;
+            ASSERT_EQ(plain->litVoxelCount(), packed->litVoxelCount());
+            for (int i = 0; i < 500; ++i) {
+                const glm::dvec3 index(-41 + 82 * std::fmod(i * 0.754877, 1), -41 + 82 * std::fmod(i * 0.569840, 1),
+                                       -21 + 42 * std::fmod(i * 0.438579, 1));
+                const glm::dvec3 p = volume.field.frame().worldFromIndex(index);
+                const runtime::Light a = plain->sample({p.x, p.y, p.z}), b = packed->sample({p.x, p.y, p.z});
+                ASSERT_EQ(a.irradiance.x, b.irradiance.x);
+                ASSERT_EQ(a.flux.z, b.flux.z);
+            }
+        }
+    }
+}
+
 }  // namespace
 }  // namespace photic

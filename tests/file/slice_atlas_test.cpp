@@ -50,7 +50,7 @@ struct Atlas {
     json sidecar;
     Image image, rgb;
     explicit Atlas(const TemporaryFolder& folder)
-        : sidecar(json::parse(bytesOf(folder / "light.json"))),
+        : sidecar(json::parse(bytesOf(folder / "light.exr.json"))),
           image(readExr(folder / sidecar["image"].get<std::string>())) {
         if (!sidecar["rgb_image"].is_null()) rgb = readExr(folder / sidecar["rgb_image"].get<std::string>());
     }

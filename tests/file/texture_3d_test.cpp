@@ -96,7 +96,7 @@ Read readDds(const std::string& path) {
     EXPECT_EQ(u32(b, 132), 4u);                     // TEXTURE3D
     EXPECT_EQ(u32(b, 140), 1u);
     r.texels = b.substr(148);
-    r.metadata = json::parse(bytesOf(path.substr(0, path.size() - 4) + ".json"));
+    r.metadata = json::parse(bytesOf(path + ".json"));
     return r;
 }
 
@@ -175,9 +175,9 @@ TEST(Texture3d, UnityFilesAreTurnedToItsAxes) {
     const TemporaryFolder folder;
     LightVolume volume = testVolume(straightFrame({-9, 3, -20}, {14, 9, 3}, 1.0 / 64), true);
     writeTextures(folder / "a.vf", volume, TextureFormat::UnityVf);
-    const Read irradiance = readVf(folder / "a.vf", folder / "a.json", 'F'),
-               flux = readVf(folder / "a_flux.vf", folder / "a.json", 'V'),
-               rgb = readVf(folder / "a_rgb.vf", folder / "a.json", 'V');
+    const Read irradiance = readVf(folder / "a.vf", folder / "a.vf.json", 'F'),
+               flux = readVf(folder / "a_flux.vf", folder / "a.vf.json", 'V'),
+               rgb = readVf(folder / "a_rgb.vf", folder / "a.vf.json", 'V');
     EXPECT_EQ(irradiance.size, glm::ivec3(24, 24, 7));  // x, our z, our y
     EXPECT_EQ(irradiance.metadata["up_axis"], "Y");
     EXPECT_EQ(irradiance.metadata["handedness"], "left");

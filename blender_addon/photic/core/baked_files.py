@@ -26,7 +26,7 @@ class Bake:
 
     def files(self):
         folder = pathlib.Path(self.folder)
-        after = re.compile(re.escape(self.name) + r"(_[^.]*)?(\.\d+)?\.(vdb|exr|json)")
+        after = re.compile(re.escape(self.name) + r"(_[^.]*)?(\.\d+)?\.(vdb|exr|json|exr\.json)")
         return sorted(path for path in folder.glob(f"{self.name}*") if after.fullmatch(path.name)) if folder.is_dir() else []
 
     def remove(self):
@@ -40,7 +40,7 @@ class Bake:
 def of(path):
     """The bake that a file is part of, or None."""
     path = pathlib.Path(path)
-    found = re.fullmatch(r"(.+)_bake(\d+)(_[^.]*)?(\.\d+)?\.(vdb|exr|json)", path.name)
+    found = re.fullmatch(r"(.+)_bake(\d+)(_[^.]*)?(\.\d+)?\.(vdb|exr|json|exr\.json)", path.name)
     return Bake(os.path.normpath(path.parent), found[1], int(found[2])) if found else None
 
 

@@ -180,7 +180,7 @@ class Job:
             return []
         old = [volume.with_name(self.before.name + volume.name[len(self.bake.name):]) for volume in volumes]
         whole = all(path.exists() and path.stat().st_mtime >= volume.stat().st_mtime
-                    for volume in old for path in (volume.with_suffix(".exr"), volume.with_suffix(".json")))
+                    for volume in old for path in (volume.with_suffix(".exr"), volume.with_suffix(".exr.json")))
         return old if whole else []
 
     def _keep(self, volumes):
@@ -188,7 +188,7 @@ class Job:
         s = self.settings
         relative = bpy.path.relpath if bpy.data.filepath else str
         s.volume_file = relative(str(volumes[0]))
-        s.atlas_file = relative(str(volumes[0].with_suffix(".json")))
+        s.atlas_file = relative(str(volumes[0].with_suffix(".exr.json")))
         s.sequence_start, s.sequence_count = (self.frames[0], len(self.frames)) if self.frames else (0, 0)
         level = collect.still_level(self.collected)
         s.level = max(level, -1e30)
