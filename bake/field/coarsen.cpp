@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "bake/field/floor_div.h"
@@ -53,54 +54,83 @@ enum class Share { Weight, WeightSquared };
 
 // Values of one channel on all coarse voxels, slot after slot.
 using Vector = std::vector<float>;
+using Padded = std::array<float, kPadded * kPadded * kPadded>;
 
+// The look-up A at the fine voxels' centres, and its transpose, leaf by coarse leaf. Weights are products of one for
+// each axis, so that a look-up goes axis by axis: planes across x, rows along z, voxels.
 class Fit {
 public:
     Fit(const LightField& fine, std::shared_ptr<const NeededVoxels> coarse, int factor)
         : fine_(fine), coarse_(std::move(coarse)), factor_(factor) {
-        // Fine voxels with a share in coarse 0..7 of a leaf: from within coarse -1 to within coarse 8.
+        // Fine voxels between two coarse ones of a padded leaf.
         for (int v = -factor; v < 9 * factor; ++v) {
             const double at = (v + 0.5) / factor - 0.5, below = std::floor(at);
+            if (below < -1 || below > 7) continue;
+            if (places_.empty()) first_ = v;
             places_.push_back({static_cast<int>(below) + 1, static_cast<float>(at - below)});
         }
     }
 
     std::size_t size() const { return static_cast<std::size_t>(coarse_->leafCount()) * kVoxels; }
 
-    /// to = A^T A from, A being the look-up at the fine voxels' centres.
+    /// to = A^T A from.
     void applyNormal(const Vector& from, Vector& to) const {
         forEachLeaf(*coarse_, [&](int slot) {
-            std::array<float, kPadded * kPadded * kPadded> padded;
+            Padded padded;
             load(from, slot, padded.data());
-            gather(slot, to, [&](const glm::ivec3&, const std::array<int, 8>& at, const std::array<float, 8>& weight) {
-                float sum = 0;
-                for (std::size_t c = 0; c < 8; ++c) sum += weight[c] * padded[static_cast<std::size_t>(at[c])];
-                return sum;
+            // The coarse values at the plane's x, then at each row's y too.
+            std::array<float, kPadded * kPadded> at_x;
+            std::vector<float> at_y(places_.size() * kPadded);
+            const auto enter = [&](const Place& x) {
+                const float* below = padded.data() + x.below * kPadded * kPadded;
+                mix(below, below + kPadded * kPadded, x.above_weight, kPadded * kPadded, at_x.data());
+                for (std::size_t y = 0; y < places_.size(); ++y) {
+                    const float* row = at_x.data() + places_[y].below * kPadded;
+                    mix(row, row + kPadded, places_[y].above_weight, kPadded, at_y.data() + y * kPadded);
+                }
+            };
+            sum(slot, to, Share::Weight, enter, [&](const FinePlace& v) {
+                const Place& z = places_[v.z];
+                const float* row = at_y.data() + v.y * kPadded + z.below;
+                return row[0] + z.above_weight * (row[1] - row[0]);
             });
         });
     }
     /// to = A^T values.
     void applyTransposed(int channel, Vector& to) const {
         forEachLeaf(*coarse_, [&](int slot) {
-            gather(slot, to, [&](const glm::ivec3& v, const std::array<int, 8>&, const std::array<float, 8>&) {
-                return fine_.value(v, channel);
-            });
+            sum(
+                slot, to, Share::Weight, [](const Place&) {},
+                [&](const FinePlace& v) {
+                    const LeafState state = fine_.state(v.slot);
+                    return state == LeafState::Dense   ? fine_.dense(v.slot)[channel * kVoxels + v.offset]
+                           : state == LeafState::Empty ? 0.0f
+                                                       : fine_.constant(v.slot)[static_cast<std::size_t>(channel)];
+                });
         });
     }
-    /// The diagonal of A^T A, and A^T A 1.
+    /// The diagonal of A^T A, and A^T 1.
     void weights(Vector& diagonal, Vector& row_sums) const {
+        const auto enter = [](const Place&) {};
+        const auto one = [](const FinePlace&) { return 1.0f; };
         forEachLeaf(*coarse_, [&](int slot) {
-            gather(slot, row_sums,
-                   [](const glm::ivec3&, const std::array<int, 8>&, const std::array<float, 8>&) { return 1.0f; });
-            gather(
-                slot, diagonal,
-                [](const glm::ivec3&, const std::array<int, 8>&, const std::array<float, 8>&) { return 1.0f; },
-                Share::WeightSquared);
+            sum(slot, row_sums, Share::Weight, enter, one);
+            sum(slot, diagonal, Share::WeightSquared, enter, one);
         });
     }
 
 private:
+    // A fine voxel that is there: its place along y and z, and where its values are.
+    struct FinePlace {
+        std::size_t y, z;
+        int slot, offset;
+    };
+
     std::size_t base(int slot) const { return static_cast<std::size_t>(slot) * kVoxels; }
+
+    static void mix(const float* below, const float* above, float above_weight, int count, float* to) {
+        for (int i = 0; i < count; ++i) to[i] = below[i] + above_weight * (above[i] - below[i]);
+    }
 
     void load(const Vector& from, int slot, float* padded) const {
         const glm::ivec3 origin = coarse_->leafOrigin(slot) - 1;
@@ -114,62 +144,101 @@ private:
                 }
     }
 
-    /// Sums value(fine voxel, its eight coarse ones in the padded leaf, their weights) times share into a leaf.
-    template <class Value>
-    void gather(int slot, Vector& to, Value value, Share share = Share::Weight) const {
-        std::array<float, kPadded * kPadded * kPadded> sums{};
-        const glm::ivec3 first = coarse_->leafOrigin(slot) * factor_ - factor_;
+    /// Sums value(fine voxel) times its share into a coarse leaf; enter(x) precedes the voxels of a plane.
+    template <class Enter, class Value>
+    void sum(int slot, Vector& to, Share share, Enter enter, Value value) const {
+        const auto below_share = [share](float w) { return share == Share::Weight ? 1 - w : (1 - w) * (1 - w); };
+        const auto above_share = [share](float w) { return share == Share::Weight ? w : w * w; };
+        const glm::ivec3 first = coarse_->leafOrigin(slot) * factor_ + first_;
         const int count = static_cast<int>(places_.size());
-        // Fine leaf by fine leaf, so that each mask is looked up once.
-        for (int lx = first.x & ~7; lx < first.x + count; lx += 8)
-            for (int ly = first.y & ~7; ly < first.y + count; ly += 8)
-                for (int lz = first.z & ~7; lz < first.z + count; lz += 8) {
-                    const int fine_slot = fine_.needed().slotOf({lx, ly, lz});
-                    if (fine_slot < 0) continue;
-                    const auto& mask = fine_.needed().mask(fine_slot);
-                    for (int i = 0; i < kVoxels; ++i) {
-                        if (!NeededVoxels::maskBit(mask, i)) continue;
-                        const glm::ivec3 v(lx + (i >> 6), ly + (i >> 3 & 7), lz + (i & 7)), local = v - first;
-                        if (std::min({local.x, local.y, local.z}) < 0 || std::max({local.x, local.y, local.z}) >= count)
-                            continue;
-                        const Place &x = places_[static_cast<std::size_t>(local.x)],
-                                    &y = places_[static_cast<std::size_t>(local.y)],
-                                    &z = places_[static_cast<std::size_t>(local.z)];
-                        // Places that no voxel of the padded leaf stands below or above.
-                        if (std::min({x.below, y.below, z.below}) < 0 ||
-                            std::max({x.below, y.below, z.below}) > kPadded - 2)
-                            continue;
-                        std::array<int, 8> at;
-                        std::array<float, 8> weight;
-                        for (int c = 0; c < 8; ++c) {
-                            const auto n = static_cast<std::size_t>(c);
-                            at[n] =
-                                ((x.below + (c >> 2)) * kPadded + y.below + (c >> 1 & 1)) * kPadded + z.below + (c & 1);
-                            weight[n] = (c >> 2 ? x.above_weight : 1 - x.above_weight) *
-                                        (c >> 1 & 1 ? y.above_weight : 1 - y.above_weight) *
-                                        (c & 1 ? z.above_weight : 1 - z.above_weight);
-                        }
-                        const float t = value(v, at, weight);
-                        for (std::size_t c = 0; c < 8; ++c)
-                            sums[static_cast<std::size_t>(at[c])] +=
-                                t * (share == Share::Weight ? weight[c] : weight[c] * weight[c]);
-                    }
-                }
+        const FineLeaves leaves(fine_, first, count);
+        Padded sums{};
+        std::vector<float> rows(places_.size() * kPadded);
+        for (int x = 0; x < count; ++x) {
+            if (!leaves.any(first.x + x)) continue;
+            const Place& place = places_[static_cast<std::size_t>(x)];
+            enter(place);
+            std::fill(rows.begin(), rows.end(), 0.0f);
+            leaves.forEachOfPlane(first, count, first.x + x, [&](const FinePlace& v) {
+                const Place& z = places_[v.z];
+                const float t = value(v);
+                float* row = rows.data() + v.y * kPadded + z.below;
+                row[0] += t * below_share(z.above_weight);
+                row[1] += t * above_share(z.above_weight);
+            });
+            std::array<float, kPadded * kPadded> plane{};
+            for (std::size_t y = 0; y < places_.size(); ++y) {
+                const float* row = rows.data() + y * kPadded;
+                float* below = plane.data() + places_[y].below * kPadded;
+                const float w = places_[y].above_weight;
+                addScaled(row, below_share(w), kPadded, below);
+                addScaled(row, above_share(w), kPadded, below + kPadded);
+            }
+            float* below = sums.data() + place.below * kPadded * kPadded;
+            addScaled(plane.data(), below_share(place.above_weight), kPadded * kPadded, below);
+            addScaled(plane.data(), above_share(place.above_weight), kPadded * kPadded, below + kPadded * kPadded);
+        }
         for (int i = 0; i < kVoxels; ++i)
             to[base(slot) + static_cast<std::size_t>(i)] =
                 sums[static_cast<std::size_t>((((i >> 6) + 1) * kPadded + (i >> 3 & 7) + 1) * kPadded + (i & 7) + 1)];
     }
 
+    static void addScaled(const float* from, float scale, int count, float* to) {
+        for (int i = 0; i < count; ++i) to[i] += scale * from[i];
+    }
+
+    // The fine leaves in a cube of `count` voxels from `first` on.
+    class FineLeaves {
+    public:
+        FineLeaves(const LightField& fine, const glm::ivec3& first, int count)
+            : fine_(fine), low_(first.x >> 3, first.y >> 3, first.z >> 3) {
+            for (int a = 0; a < 3; ++a) sides_[a] = ((first[a] + count - 1) >> 3) - low_[a] + 1;
+            for (int x = 0; x < sides_.x; ++x)
+                for (int y = 0; y < sides_.y; ++y)
+                    for (int z = 0; z < sides_.z; ++z)
+                        slots_.push_back(fine.needed().slotOf((low_ + glm::ivec3(x, y, z)) * 8));
+        }
+        /// Some leaf may have voxels in the plane.
+        bool any(int x) const {
+            const auto begin = slots_.begin() + ((x >> 3) - low_.x) * sides_.y * sides_.z;
+            return std::any_of(begin, begin + sides_.y * sides_.z, [](int slot) { return slot >= 0; });
+        }
+        template <class Body>
+        void forEachOfPlane(const glm::ivec3& first, int count, int x, Body body) const {
+            const auto word_of_plane = static_cast<std::size_t>(x & 7);
+            auto slot = slots_.begin() + ((x >> 3) - low_.x) * sides_.y * sides_.z;
+            for (int ly = 0; ly < sides_.y; ++ly)
+                for (int lz = 0; lz < sides_.z; ++lz, ++slot) {
+                    if (*slot < 0) continue;
+                    // A leaf's voxels across x are one word of its mask.
+                    for (std::uint64_t rest = fine_.needed().mask(*slot)[word_of_plane]; rest != 0; rest &= rest - 1) {
+                        const int bit = std::countr_zero(rest);
+                        const int y = (low_.y + ly) * 8 + (bit >> 3) - first.y,
+                                  z = (low_.z + lz) * 8 + (bit & 7) - first.z;
+                        if (y < 0 || z < 0 || y >= count || z >= count) continue;
+                        body(FinePlace{static_cast<std::size_t>(y), static_cast<std::size_t>(z), *slot,
+                                       static_cast<int>(word_of_plane) * 64 + bit});
+                    }
+                }
+        }
+
+    private:
+        const LightField& fine_;
+        glm::ivec3 low_, sides_{1};
+        std::vector<int> slots_;
+    };
+
     const LightField& fine_;
     std::shared_ptr<const NeededVoxels> coarse_;
-    int factor_;
+    int factor_, first_ = 0;
     std::vector<Place> places_;
 };
 
 double dot(const Vector& a, const Vector& b) {
-    double sum = 0;  // in order: the same for any number of threads
-    for (std::size_t i = 0; i < a.size(); ++i) sum += double(a[i]) * double(b[i]);
-    return sum;
+    // In a fixed order, the same for any number of threads; four sums, so that none waits for the one before.
+    std::array<double, 4> sums{};
+    for (std::size_t i = 0; i < a.size(); ++i) sums[i & 3] += double(a[i]) * double(b[i]);
+    return sums[0] + sums[1] + sums[2] + sums[3];
 }
 
 // Conjugate gradients; x holds the result. `inverse` is the preconditioner, 0 where no fine voxel has a share.
