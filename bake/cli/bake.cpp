@@ -19,6 +19,7 @@
 #include "bake/field/prefilter.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/file/output_set.h"
 #include "bake/image/atomic_file.h"
 #include "bake/methods/catalogue.h"
 #include "bake/report/error.h"
@@ -130,18 +131,24 @@ LightVolume makeVolume(const Scene& scene, const Method& method, const Json& set
     return volume;
 }
 
-void writeStandardError(const BakeArguments& arguments, const std::string& path, BakeResult& result,
-                        const Method& method, double reference) {
+std::string standardErrorPath(const BakeArguments& arguments, int frame) {
+    BakeArguments named = arguments;
+    named.output = arguments.standard_error_file;
+    return outputPath(named, frame);
+}
+
+void writeStandardError(OutputSet& outputs, const std::string& path, BakeResult& result, const Method& method,
+                        const BakeArguments& arguments) {
     if (!result.standard_error) {
         throw Error(ErrorCode::Usage,
                     fmt::format("method '{}' knows no standard error; use --method photons", method.name),
                     "--standard-error");
     }
-    LightVolume volume{std::move(*result.standard_error), reference, true, false, {}, {}};
+    LightVolume volume{std::move(*result.standard_error), result.report.reference_irradiance, true, false, {}, {}};
     volume.metadata = {
         {"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
     if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
-    writeVdb(path, volume, arguments.file);
+    writeVdb(outputs, path, volume, arguments.file);
 }
 
 /// The report as people read it.
@@ -167,10 +174,13 @@ void summarise(Terminal& terminal, const std::string& output, const Method& meth
 }
 
 /// One frame from file to file. Returns its report document.
-Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::string& output, Terminal& terminal) {
+Json bakeFrame(const BakeArguments& arguments, int frame_number, OutputSet& outputs, Terminal& terminal) {
+    const std::string output = outputPath(arguments, frame_number);
     Stopwatch watch;
     terminal.progress("scene", 0);
+    const FilesRead files;
     Scene scene = loadScene(arguments.scene, frame_number, terminal);
+    outputs.reads("a file of the scene", files.paths());
     applySettings(arguments, scene);
     const Method& method = chooseMethod(scene.bake.method, scene);
     for (const auto& [name, wanted] :
@@ -189,7 +199,9 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
                   {"scene", arguments.scene},    {"scene_hash", hash},
                   {"frame", frame_number},       {"output", output},
                   {"up_to_date", false},         {"settings", settings}};
-    if (arguments.frames && !arguments.force && upToDate(output, hash)) {
+    const bool wants_error = !arguments.standard_error_file.empty();
+    const bool whole = !wants_error || fs::exists(standardErrorPath(arguments, frame_number));
+    if (arguments.frames && !arguments.force && whole && upToDate(output, hash)) {
         terminal.say(output + ": unchanged, kept");
         document["up_to_date"] = true;
         return document;
@@ -228,19 +240,17 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
     }
     report.field_bytes = std::max(report.field_bytes, result.field.bytes());
 
-    if (!arguments.standard_error_file.empty()) {
-        BakeArguments named = arguments;
-        named.output = arguments.standard_error_file;
-        writeStandardError(arguments, outputPath(named, frame_number), result, method, scene.referenceIrradiance());
-    }
+    if (wants_error) writeStandardError(outputs, standardErrorPath(arguments, frame_number), result, method, arguments);
     LightVolume volume = makeVolume(scene, method, settings, hash, result);
     applyPostSteps(arguments.post, volume);
     terminal.checkCancelled();
     terminal.progress("write", 0);
-    report.active_voxels = writeVdb(output, volume, arguments.file);
+    // The volume last: whoever finds it finds its standard error too.
+    report.active_voxels = writeVdb(outputs, output, volume, arguments.file);
+    const std::int64_t file_bytes = outputs.pendingBytes(output);
+    outputs.commit();
     report.seconds.emplace_back("write", watch.lap());
     terminal.progress("write", 1);
-    const auto file_bytes = static_cast<std::int64_t>(fs::file_size(output));
 
     // What was warned about while it ran and what the method noted, each once.
     std::vector<std::string> warnings = terminal.takeWarnings();
@@ -258,24 +268,14 @@ Json bakeFrame(const BakeArguments& arguments, int frame_number, const std::stri
     return document;
 }
 
-/// No two of the files that are read and written may be one: the last to be written would silently replace the others.
-void checkDistinct(const BakeArguments& arguments, const FrameRange& range) {
-    std::map<fs::path, std::string> files;
-    const auto add = [&](const std::string& role, const std::string& path) {
-        std::error_code unknown;
-        const auto [known, fresh] = files.emplace(fs::weakly_canonical(path, unknown), role);
-        if (!fresh)
-            throw Error(ErrorCode::Usage,
-                        fmt::format("{} and {} are one file; give them names of their own", known->second, role), path);
-    };
-    add("the scene", arguments.scene);
-    if (!arguments.report_file.empty()) add("the report", arguments.report_file);
+/// Names every file that the run will write, so that what cannot be written is refused before any work.
+void claimOutputs(const BakeArguments& arguments, const FrameRange& range, OutputSet& outputs) {
+    outputs.reads("the scene", arguments.scene);
+    if (!arguments.report_file.empty()) outputs.writes("the report", arguments.report_file);
     for (int frame = range.first; frame <= range.last; ++frame) {
-        add("the volume", outputPath(arguments, frame));
-        if (arguments.standard_error_file.empty()) continue;
-        BakeArguments named = arguments;
-        named.output = arguments.standard_error_file;
-        add("the standard error", outputPath(named, frame));
+        outputs.writes("the volume", outputPath(arguments, frame));
+        if (!arguments.standard_error_file.empty())
+            outputs.writes("the standard error", standardErrorPath(arguments, frame));
     }
 }
 
@@ -327,26 +327,28 @@ int run(const BakeArguments& arguments, Terminal& terminal) {
     const int frames = range.last - range.first + 1;
     const std::string first_output = outputPath(arguments, range.first);
     if (arguments.dry_run) return dryRun(arguments, range.first, frames, first_output, terminal);
-    checkDistinct(arguments, range);
-    checkWritable(first_output);
-    if (!arguments.report_file.empty()) checkWritable(arguments.report_file);
+    OutputSet outputs;
+    claimOutputs(arguments, range, outputs);
 
-    Json documents = Json::array(), outputs = Json::array();
+    Json documents = Json::array(), written = Json::array();
     for (int frame = range.first; frame <= range.last; ++frame) {
         terminal.checkCancelled();
         terminal.beginPart(frame - range.first, frames);
         const std::string output = outputPath(arguments, frame);
-        documents.push_back(bakeFrame(arguments, frame, output, terminal));
-        outputs.push_back(output);
+        documents.push_back(bakeFrame(arguments, frame, outputs, terminal));
+        written.push_back(output);
         if (arguments.frames) {
             terminal.event(
                 dump({{"event", "frame"}, {"frame", frame}, {"output", output}, {"report", documents.back()}}));
         }
     }
     const Json& report = arguments.frames ? documents : documents.front();
-    if (!arguments.report_file.empty()) writeFileAtomically(arguments.report_file, dump(report, 2) + "\n");
+    if (!arguments.report_file.empty()) {
+        outputs.write(arguments.report_file, dump(report, 2) + "\n");
+        outputs.commit();
+    }
     terminal.event(
-        dump({{"event", "done"}, {"output", outputs.back()}, {"outputs", outputs}, {"report", documents.back()}}));
+        dump({{"event", "done"}, {"output", written.back()}, {"outputs", written}, {"report", documents.back()}}));
     if (arguments.json) print(report);
     return 0;
 }

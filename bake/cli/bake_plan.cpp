@@ -293,20 +293,6 @@ std::string withFrame(const std::string& given, int frame) {
     return (path.parent_path() / name).string();
 }
 
-void checkWritable(const std::string& path) {
-    std::error_code ignored;
-    const fs::path parent = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-    const auto refuse = [&](const std::string& why) {
-        throw Error(ErrorCode::Failed, "cannot write there: " + why, path);
-    };
-    if (fs::is_directory(path, ignored)) refuse("it is a directory; give a file name");
-    if (!fs::exists(parent, ignored))
-        refuse(fmt::format("the directory '{}' does not exist; create it first", parent.string()));
-    if (!fs::is_directory(parent, ignored)) refuse(fmt::format("'{}' is not a directory", parent.string()));
-    if (access(parent.c_str(), W_OK | X_OK) != 0)
-        refuse(fmt::format("the directory '{}' is not writable; choose another with -o", parent.string()));
-}
-
 BakeEstimate estimateBake(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
                           const VdbOptions& file) {
     BakeEstimate estimate;

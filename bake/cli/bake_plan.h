@@ -31,10 +31,6 @@ std::string outputPath(const BakeArguments& arguments, int frame);
 /// `path` with `frame` for its "####", or before its extension.
 std::string withFrame(const std::string& path, int frame);
 
-/// Refuses an output that cannot be written before any work is done.
-/// @throws Error{Failed}
-void checkWritable(const std::string& path);
-
 /// What a bake will take.
 struct BakeEstimate {
     GridFrame frame;

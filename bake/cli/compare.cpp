@@ -8,11 +8,11 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "bake/cli/bake_plan.h"
 #include "bake/cli/difference.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/cli/voxel_walk.h"
+#include "bake/file/output_set.h"
 #include "bake/image/image.h"
 #include "bake/picture/display.h"
 #include "bake/report/error.h"
@@ -129,7 +129,7 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
             {"standard_error", sigma ? scores.json() : Json(nullptr)}};
 }
 
-Json compareImages(const CompareArguments& arguments, double& error) {
+Json compareImages(const CompareArguments& arguments, OutputSet& outputs, double& error) {
     const Image a = readExr(arguments.a), b = readExr(arguments.b);
     if (a.width != b.width || a.height != b.height || a.channels != b.channels) {
         throw Error(
@@ -150,7 +150,6 @@ Json compareImages(const CompareArguments& arguments, double& error) {
         }
     }
     if (!arguments.difference.empty()) {
-        checkWritable(arguments.difference);
         Image difference{b.width, b.height, 1,
                          std::vector<float>(static_cast<std::size_t>(b.width) * static_cast<std::size_t>(b.height))};
         Image magnitude = difference;
@@ -161,7 +160,10 @@ Json compareImages(const CompareArguments& arguments, double& error) {
             }
         }
         const double range = niceCeiling(percentile(magnitude, 0.998));
-        writePng(arguments.difference, displayMapped(difference, ColourMap::BlueRed, -range, range, "W/m2"));
+        outputs.write(
+            arguments.difference,
+            encodePng(arguments.difference, displayMapped(difference, ColourMap::BlueRed, -range, range, "W/m2")));
+        outputs.commit();
     }
     error = light.relativeL1();
     Json irradiance = numbers(light);
@@ -220,8 +222,12 @@ int run(const CompareArguments& arguments, Terminal& terminal) {
     if (!volumes && !arguments.standard_error.empty())
         throw Error(ErrorCode::Usage, "--standard-error is for volumes", "--standard-error");
 
+    OutputSet outputs;
+    outputs.reads("A", arguments.a);
+    outputs.reads("B", arguments.b);
+    if (!arguments.difference.empty()) outputs.writes("the difference", arguments.difference);
     double error = 0;
-    const Json result = volumes ? compareVolumes(arguments, terminal, error) : compareImages(arguments, error);
+    const Json result = volumes ? compareVolumes(arguments, terminal, error) : compareImages(arguments, outputs, error);
     // A NaN is further apart than any limit.
     const bool within = !arguments.max_error || error <= *arguments.max_error;
     if (arguments.json) {

@@ -15,6 +15,7 @@
 #include "bake/cli/voxel_walk.h"
 #include "bake/field/grid_laws.h"
 #include "bake/report/error.h"
+#include "bake/report/printable.h"
 
 namespace photic::cli {
 
@@ -116,7 +117,7 @@ std::string describe(const InspectArguments& arguments, const Json& d) {
     const auto triple = [](const Json& v) {
         return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
     };
-    std::string text = fmt::format("{}: {:.1f} MB, {} active voxels\n", arguments.volume,
+    std::string text = fmt::format("{}: {:.1f} MB, {} active voxels\n", printable(arguments.volume),
                                    d["file_bytes"].get<double>() * 1e-6, d["active_voxels"].get<std::int64_t>());
     const Json& grid = d["grid"];
     text += fmt::format("  index {} to {}, world {} to {} m{}\n", triple(grid["index_min"]), triple(grid["index_max"]),
@@ -131,7 +132,8 @@ std::string describe(const InspectArguments& arguments, const Json& d) {
                             number("mean"), g["unit"].get<std::string>());
     }
     for (const auto& [key, value] : d["metadata"].items()) {
-        if (key != "ledger" && key != "options") text += fmt::format("  {:<21} {}\n", key, value.get<std::string>());
+        if (key != "ledger" && key != "options")
+            text += fmt::format("  {:<21} {}\n", key, printable(value.get<std::string>()));
     }
     for (const Json& law : d["laws"]) {
         text += fmt::format("  {} {}: {:.2e} (at most {:.2e})\n",

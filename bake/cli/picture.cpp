@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,9 +13,11 @@
 #include <optional>
 #include <utility>
 
-#include "bake/cli/bake_plan.h"
+#include "bake/picture/picture_names.h"
 #include "bake/cli/verbs.h"
 #include "bake/field/scene_grid.h"
+#include "bake/file/output_set.h"
+#include "bake/image/atomic_file.h"
 #include "bake/image/colour_map.h"
 #include "bake/picture/display.h"
 #include "bake/picture/receiver_picture.h"
@@ -41,9 +44,15 @@ struct Shot {
     std::string stem;
 };
 
+/// What is left of a shot once its images are made.
+struct Taken {
+    std::string stem;
+    double reference_irradiance = 1;
+};
+
 /// Something that is pictured: how an image of it is made, and how it is displayed.
 struct Subject {
-    std::string name;
+    std::string name;  ///< as it stands in file names
     std::function<Image(const Shot&)> make;
     bool view = false;            ///< filmic radiance instead of irradiance
     bool linear_display = false;  ///< also a plain linear PNG (receivers)
@@ -153,7 +162,7 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
     for (const std::string& name : receivers) {
         const int resolution = arguments.resolution;
         receiverFrame(scene, name, resolution);  // refuses unknown names before any work
-        subjects.push_back({name,
+        subjects.push_back({receiverFileName(name),
                             [name, resolution](const Shot& shot) {
                                 return receiverPicture(shot.volume, receiverFrame(shot.scene, name, resolution));
                             },
@@ -161,7 +170,9 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
     }
     for (const std::string& text : arguments.slices) {
         const auto [axis, place] = parseSlice(text);
-        subjects.push_back({"slice_" + text,
+        std::string spaceless = text;
+        std::erase_if(spaceless, [](unsigned char c) { return std::isspace(c) != 0; });
+        subjects.push_back({"slice_" + spaceless,
                             [axis = axis, place = place](const Shot& shot) {
                                 const GridFrame& frame = shot.volume.field.frame();
                                 const Image image = slicePicture(shot.volume, axis, layerAt(frame, axis, place));
@@ -188,7 +199,13 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
                             true, false, 0});
     }
     if (subjects.empty()) throw Error(ErrorCode::Input, "nothing to picture", scene.file);
-    return subjects;
+    // What was asked for twice is pictured once.
+    std::vector<Subject> each;
+    for (Subject& subject : subjects) {
+        const auto same = [&](const Subject& other) { return other.name == subject.name; };
+        if (std::none_of(each.begin(), each.end(), same)) each.push_back(std::move(subject));
+    }
+    return each;
 }
 
 /// A volume may be pictured with a scene that has changed since; what cannot be of one bake is worth a word.
@@ -231,18 +248,28 @@ double commonTop(const std::vector<Image>& images, double fraction) {
     return top;
 }
 
+/// The files of one run: pictures beside one another, or strips of them.
 class Album {
 public:
-    Album(const PictureArguments& arguments, Terminal& terminal)
-        : arguments_(arguments), terminal_(terminal), map_(colourMapNamed(arguments.colour_map)) {}
+    Album(const PictureArguments& arguments, OutputSet& outputs)
+        : arguments_(arguments), outputs_(outputs), map_(colourMapNamed(arguments.colour_map)) {}
+
+    /// Names the files of all subjects, before any is made.
+    void claim(const std::vector<Subject>& subjects, const std::string& stem) {
+        for (const Subject& subject : subjects) {
+            const std::string role = fmt::format("the picture '{}'", subject.name), base = baseOf(subject, stem);
+            if (!arguments_.film_strip) outputs_.writes(role, base + ".exr");
+            if (!subject.view) outputs_.writes(role, base + "_map.png");
+            if (subject.view || subject.linear_display) outputs_.writes(role, base + ".png");
+        }
+    }
 
     /// Writes all pictures of one subject from the images of every shot.
-    void add(const Subject& subject, const std::vector<Image>& images, const std::vector<Shot>& shots) {
+    void add(const Subject& subject, const std::vector<Image>& images, const std::vector<Taken>& shots) {
         std::vector<Image> mapped, linear;
         const double top = arguments_.max.value_or(niceCeiling(commonTop(images, kTopPercentile)));
         const double radiance_top = subject.view ? commonTop(images, 0.97) : 0;
         for (std::size_t i = 0; i < images.size(); ++i) {
-            const std::string base = shots[i].stem + "_" + subject.name;
             const Image shown = subject.enlarge_to > 0 ? enlarge(images[i], subject.enlarge_to) : images[i];
             if (subject.view) {
                 linear.push_back(displayFilmic(images[i], 0.65 * arguments_.exposure / std::max(radiance_top, 1e-30)));
@@ -250,33 +277,43 @@ public:
                 mapped.push_back(displayMapped(shown, map_, 0, top, "W/m2"));
                 if (subject.linear_display)
                     linear.push_back(displayLinear(
-                        shown, kWhiteOverReference * shots[i].volume.reference_irradiance / arguments_.exposure));
+                        shown, kWhiteOverReference * shots[i].reference_irradiance / arguments_.exposure));
             }
-            if (arguments_.film_strip) continue;
-            write(base + ".exr", images[i], true);
-            if (!mapped.empty()) write(base + "_map.png", mapped.back(), false);
-            if (!linear.empty()) write(base + ".png", linear.back(), false);
         }
-        if (!arguments_.film_strip) return;
-        std::vector<std::string> captions;
-        for (const Shot& shot : shots) captions.push_back(shot.stem);
-        const std::string base = fs::path(arguments_.scene).stem().string() + "_" + subject.name + "_strip";
-        if (!linear.empty()) write(base + ".png", filmStrip(linear, captions, arguments_.columns), false);
-        if (!mapped.empty()) write(base + "_map.png", filmStrip(mapped, captions, arguments_.columns), false);
+        const std::string base = baseOf(subject, shots.front().stem);
+        if (arguments_.film_strip) {
+            std::vector<std::string> captions;
+            for (const Taken& shot : shots) captions.push_back(shot.stem);
+            for (std::vector<Image>* strip : {&linear, &mapped})
+                if (!strip->empty()) *strip = {filmStrip(*strip, captions, arguments_.columns)};
+        } else {
+            write(base + ".exr", encodeExr(base + ".exr", images.front()));
+        }
+        if (!mapped.empty()) write(base + "_map.png", encodePng(base + "_map.png", mapped.front()));
+        if (!linear.empty()) write(base + ".png", encodePng(base + ".png", linear.front()));
+    }
+
+    /// Renames all pictures together, and says their names.
+    void finish(Terminal& terminal) {
+        outputs_.commit();
+        for (const std::string& file : files_) terminal.say(file);
     }
 
 private:
-    void write(const std::string& name, const Image& image, bool exr) {
-        // A receiver may be called "pool/floor": that is no folder.
-        std::string file = name;
-        std::replace(file.begin(), file.end(), '/', '_');
-        const std::string path = (fs::path(arguments_.directory) / file).string();
-        exr ? writeExr(path, image) : writePng(path, image);
-        terminal_.say(path);
+    std::string baseOf(const Subject& subject, const std::string& stem) const {
+        const std::string name = arguments_.film_strip
+                                     ? fs::path(arguments_.scene).stem().string() + "_" + subject.name + "_strip"
+                                     : stem + "_" + subject.name;
+        return (fs::path(arguments_.directory) / name).string();
+    }
+    void write(const std::string& path, const std::string& bytes) {
+        outputs_.write(path, bytes);
+        files_.push_back(path);
     }
 
     const PictureArguments& arguments_;
-    Terminal& terminal_;
+    OutputSet& outputs_;
+    std::vector<std::string> files_;
     ColourMap map_;
 };
 
@@ -287,35 +324,40 @@ int run(const PictureArguments& arguments, Terminal& terminal) {
         throw Error(ErrorCode::Usage,
                     fmt::format("{} volumes were given; several are for --film-strip", arguments.volumes.size()));
     }
+    OutputSet outputs;
+    outputs.reads("the scene", arguments.scene);
+    outputs.reads("the volume", arguments.volumes);
     std::error_code failure;
     fs::create_directories(arguments.directory, failure);
-    checkWritable((fs::path(arguments.directory) / "picture").string());
 
     terminal.progress("read", 0);
-    std::vector<Shot> shots;
+    Album album(arguments, outputs);
+    std::vector<Taken> taken;
     std::vector<Subject> subjects;
     std::vector<std::vector<Image>> images;
-    // One volume at a time is in memory: a shot keeps the pictures of it and a volume without light.
+    // One scene and one volume at a time are in memory.
     for (const std::string& path : arguments.volumes) {
         terminal.checkCancelled();
-        Shot shot = loadShot(arguments, path, terminal);
+        const FilesRead files;
+        const Shot shot = loadShot(arguments, path, terminal);
+        outputs.reads("a file of the scene", files.paths());
         if (subjects.empty()) {
             subjects = chooseSubjects(arguments, shot.scene);
             images.resize(subjects.size());
+            album.claim(subjects, shot.stem);
         }
         for (std::size_t s = 0; s < subjects.size(); ++s) {
             terminal.checkCancelled();
             terminal.progress("picture", static_cast<double>(s) / static_cast<double>(subjects.size()));
             images[s].push_back(subjects[s].make(shot));
         }
-        const auto nothing = std::make_shared<NeededVoxels>(NeededVoxels::none(GridFrame{}));
-        nothing->finish();
-        shot.volume.field = LightField(nothing, shot.volume.field.channels());
-        shot.volume.scalars.clear();
-        shots.push_back(std::move(shot));
+        taken.push_back({shot.stem, shot.volume.reference_irradiance});
     }
-    Album album(arguments, terminal);
-    for (std::size_t s = 0; s < subjects.size(); ++s) album.add(subjects[s], images[s], shots);
+    for (std::size_t s = 0; s < subjects.size(); ++s) {
+        album.add(subjects[s], images[s], taken);
+        images[s].clear();
+    }
+    album.finish(terminal);
     return 0;
 }
 

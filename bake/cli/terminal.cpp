@@ -12,6 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bake/report/printable.h"
+
 namespace photic::cli {
 
 namespace {
@@ -130,13 +132,13 @@ void Terminal::warn(const std::string& message) {
         write(nlohmann::ordered_json{{"event", "warning"}, {"message", message}}.dump(
             -1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
-        write("photic: warning: " + message);
+        write("photic: warning: " + printable(message));
     }
 }
 
 void Terminal::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
-    if (!json()) write(line);
+    if (!json()) write(printable(line));
 }
 
 void Terminal::event(const std::string& json_line) {
@@ -150,7 +152,7 @@ void Terminal::error(int code, const std::string& where, const std::string& mess
         const nlohmann::ordered_json line{{"event", "error"}, {"code", code}, {"where", where}, {"message", message}};
         write(line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
-        write("photic: error: " + (where.empty() ? "" : where + ": ") + message);
+        write("photic: error: " + printable((where.empty() ? "" : where + ": ") + message));
     }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <epoxy/gl.h>
 
+#include "bake/file/output_set.h"
+#include "bake/image/atomic_file.h"
 #include "bake/image/image.h"
 #include "runtime/headless/headless_gl.h"
 #include "runtime/viewer/show.h"
@@ -8,12 +10,17 @@
 namespace photic::viewer {
 
 void takeScreenshot(const Options& options) {
+    OutputSet outputs;
+    outputs.writes("the screenshot", options.screenshot);
     std::string reason;
     const auto gl = runtime::HeadlessGl::make(reason);
     if (!gl) throwFailure("GL", reason);
     auto renderer = Renderer::create(gl->loader());
     if (!renderer) throwFailure("GL", renderer.error().message);
+    const FilesRead files;
     Show show(options, **renderer);
+    outputs.reads("a volume that is shown", options.volumes);
+    outputs.reads("a file of the scene", files.paths());
 
     const int width = options.width * options.supersample, height = options.height * options.supersample;
     GLuint texture = 0, framebuffer = 0;
@@ -51,7 +58,8 @@ void takeScreenshot(const Options& options) {
             }
         }
     }
-    writePng(options.screenshot, image);
+    outputs.write(options.screenshot, encodePng(options.screenshot, image));
+    outputs.commit();
 }
 
 }  // namespace photic::viewer

@@ -79,7 +79,7 @@ const Arrows& arrows() {
         {"threads", {}},
         {"format", {}},
         {"headless", {"runtime"}},  // a GL context without a screen
-        {"viewer", {"runtime", "vdb", "headless", "picture", "scene", "field", "image"}},
+        {"viewer", {"runtime", "vdb", "headless", "picture", "scene", "field", "file", "image"}},
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},                // what a game links: nothing of the baker
         {"simd", {}},
