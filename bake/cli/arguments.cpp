@@ -191,7 +191,8 @@ void addExport(CLI::App& app, ExportArguments& a) {
         ->transform(CLI::CheckedTransformer(precisions).description("{half,float}"));
     const std::map<std::string, NvdbCodec> codecs{
         {"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
-    app.add_option("--codec", a.codec, "Of an .nvdb: blosc (default), none, or zip, which the run-time library does not read")
+    app.add_option("--codec", a.codec,
+                   "Of an .nvdb: blosc (default), none, or zip, which the run-time library does not read")
         ->transform(CLI::CheckedTransformer(codecs).description("{none,zip,blosc}"));
     app.add_option("--budget", a.budget_mb,
                    "Memory that a volume may take in a game [MiB]: leaves out what it must, and says what that costs");
@@ -200,9 +201,10 @@ void addExport(CLI::App& app, ExportArguments& a) {
     app.add_option("--sequence", a.sequence,
                    "All volumes of the sequence that VOLUME... are a part of: parts that are exported apart then share "
                    "one box, and one --budget");
-    app.add_option("--box", a.box,
-                   "Of .ktx2, .dds, .vf and .exr: corners x,y,z,x,y,z [m] of what they hold, instead of the voxels with "
-                   "light; written --box=-1,-1,-2,1,1,0");
+    app.add_option(
+        "--box", a.box,
+        "Of .ktx2, .dds, .vf and .exr: corners x,y,z,x,y,z [m] of what they hold, instead of the voxels with "
+        "light; written --box=-1,-1,-2,1,1,0");
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 

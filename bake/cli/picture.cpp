@@ -13,13 +13,13 @@
 #include <optional>
 #include <utility>
 
-#include "bake/picture/picture_names.h"
 #include "bake/cli/verbs.h"
 #include "bake/field/scene_grid.h"
 #include "bake/file/output_set.h"
 #include "bake/image/atomic_file.h"
 #include "bake/image/colour_map.h"
 #include "bake/picture/display.h"
+#include "bake/picture/picture_names.h"
 #include "bake/picture/receiver_picture.h"
 #include "bake/picture/view_picture.h"
 #include "bake/report/error.h"
