@@ -24,7 +24,7 @@ class Frames(unittest.TestCase):
         self.assertEqual(bpy.ops.photic.bake(animation=True), {"FINISHED"})
         self.assertEqual(scene.frame_current, 4)
         for frame in (3, 4, 5):
-            for extension in ("vdb", "exr", "json"):
+            for extension in ("vdb", "exr", "exr.json"):
                 self.assertTrue((OUT / f"Scene_bake1.{frame:04d}.{extension}").exists())
         data = settings.volume.data
         self.assertTrue(data.is_sequence)

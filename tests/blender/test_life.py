@@ -122,7 +122,7 @@ class Life(unittest.TestCase):
         if self.scene.camera is None:
             scenes.camera((0, -4, -0.5), (0, 0, -0.5), orthographic=1)
             self.scene.camera.data.clip_start, self.scene.camera.data.clip_end = 1.0, 8.0
-        seen = render(engine, 32, samples=4)     # EEVEE's froxels are 8 pixels wide[..., :3]
+        seen = render(engine, 32, samples=4)[..., :3]     # EEVEE's froxels are 8 pixels wide
         for obj in self.scene.objects:
             obj.hide_render = obj == self.scene.photic.volume
         return seen
@@ -175,7 +175,7 @@ class Life(unittest.TestCase):
         self.assertNotIn(numbers[4], there())
         # Another file of the same folder, whose bake was removed, finds the newest.
         bpy.context.scene.photic.volume_file = str(OUT / "Scene_bake1.vdb")
-        bpy.context.scene.photic.atlas_file = str(OUT / "Scene_bake1.json")
+        bpy.context.scene.photic.atlas_file = str(OUT / "Scene_bake1.exr.json")
         self.assertEqual(bpy.ops.photic.load(), {"FINISHED"})
         self.assertEqual(baked_files.of(bpy.context.scene.photic.volume_file).number, max(there()))
 
