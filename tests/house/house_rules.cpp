@@ -86,13 +86,14 @@ const Arrows& arrows() {
         {"optics", {}},
         {"image", {}},
         {"scene", {"image", "simd"}},
+        {"graded", {"scene", "simd"}},
         {"field", {"scene", "optics", "simd"}},  // optics: a sheared grid leans along the refracted light
         {"numerics", {"simd"}},
         {"paths", {"optics", "scene", "field", "simd"}},
         {"tubes", {"paths", "optics", "scene", "field", "simd"}},
         {"deposit", {"tubes", "optics", "field", "simd"}},
         {"file", {"image", "field", "format"}},
-        {"methods", {"scene", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
+        {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics"}},  // optics: eye rays refract at the water too
         {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
     };

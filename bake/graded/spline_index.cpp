@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/graded/spline_index.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr double kMostNodes = 1073741824.0;  // 2^30: 4 GiB
+
+/// Samples of a line, in place, to the coefficients of the spline through them [Unser 1999]; beyond the ends the line
+/// goes on as a constant.
+void prefilterLine(std::vector<double>& line) {
+    const double pole = std::sqrt(3.0) - 2;
+    const std::size_t count = line.size();
+    for (double& value : line) value *= 6;
+    // What the causal filter tends to beyond the last sample.
+    const double limit = line[count - 1] / (1 - pole);
+    line[0] /= 1 - pole;
+    for (std::size_t i = 1; i < count; ++i) line[i] += pole * line[i - 1];
+    line[count - 1] = -pole * (limit / (1 - pole) + (line[count - 1] - limit) / (1 - pole * pole));
+    for (std::size_t i = count - 1; i-- > 0;) line[i] = pole * (line[i + 1] - line[i]);
+}
+
+}  // namespace
+
+CubicWeights cubicBSpline(double t) {
+    const double u = 1 - t, t2 = t * t, u2 = u * u;
+    return {{u2 * u / 6, (4 - 6 * t2 + 3 * t2 * t) / 6, (4 - 6 * u2 + 3 * u2 * u) / 6, t2 * t / 6},
+            {-u2 / 2, (3 * t - 4) * t / 2, (4 - 3 * u) * u / 2, t2 / 2}};
+}
+
+SplineIndex::SplineIndex(const Nodes& nodes, const std::function<double(const glm::dvec3&)>& half_square, SplineFit fit)
+    : nodes_(nodes) {
+    const double count = double(nodes.count.x) * nodes.count.y * nodes.count.z;
+    if (count > kMostNodes)
+        throw Error(ErrorCode::Input, fmt::format("the index of refraction would take {} x {} x {} samples; the limit "
+                                                  "is 2^30: use larger voxels, or a smaller domain",
+                                                  nodes.count.x, nodes.count.y, nodes.count.z));
+    coefficients_.resize(static_cast<std::size_t>(count));
+    sample(half_square);
+    if (fit == SplineFit::Through)
+        for (int axis = 0; axis < 3; ++axis) prefilter(axis);
+}
+
+void SplineIndex::sample(const std::function<double(const glm::dvec3&)>& half_square) {
+    const glm::ivec3 count = nodes_.count;
+    std::vector<double> least(static_cast<std::size_t>(count.z)), largest(least), step(least);
+    parallelFor(count.z, [&](std::int64_t layer) {
+        const int z = static_cast<int>(layer);
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (int y = 0; y < count.y; ++y)
+            for (int x = 0; x < count.x; ++x) {
+                const glm::dvec3 world = nodes_.first_world + glm::dvec3(x, y, z) * nodes_.spacing;
+                const double g = half_square(world);
+                if (!(g > 0) || !std::isfinite(g))
+                    throw Error(ErrorCode::Input,
+                                fmt::format("the square of the index is {:.4g} at ({:.4g}, {:.4g}, {:.4g}) m; it must "
+                                            "be above 0",
+                                            2 * g, world.x, world.y, world.z));
+                coefficients_[flat(x, y, z)] = static_cast<float>(g);
+                low = std::min(low, g), high = std::max(high, g);
+            }
+        least[static_cast<std::size_t>(z)] = low, largest[static_cast<std::size_t>(z)] = high;
+    });
+    least_ = *std::min_element(least.begin(), least.end()),
+    largest_ = *std::max_element(largest.begin(), largest.end());
+    parallelFor(count.z, [&](std::int64_t layer) {
+        const int z = static_cast<int>(layer);
+        double most = 0;
+        for (int y = 0; y < count.y; ++y)
+            for (int x = 0; x < count.x; ++x) {
+                const double here = double(coefficients_[flat(x, y, z)]);
+                for (const glm::ivec3 d : {glm::ivec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}}) {
+                    const glm::ivec3 n = glm::ivec3(x, y, z) + d;
+                    if (n.x < count.x && n.y < count.y && n.z < count.z)
+                        most = std::max(most, std::fabs(double(coefficients_[flat(n.x, n.y, n.z)]) - here));
+                }
+            }
+        step[static_cast<std::size_t>(z)] = most;
+    });
+    if (largest_ > least_) steepest_ = *std::max_element(step.begin(), step.end()) / (largest_ - least_);
+}
+
+void SplineIndex::prefilter(int axis) {
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    parallelFor(nodes_.count[b], [&](std::int64_t j) {
+        std::vector<double> line(static_cast<std::size_t>(nodes_.count[axis]));
+        glm::ivec3 at;
+        at[b] = static_cast<int>(j);
+        for (at[a] = 0; at[a] < nodes_.count[a]; ++at[a]) {
+            for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
+                line[static_cast<std::size_t>(at[axis])] = double(coefficients_[flat(at.x, at.y, at.z)]);
+            prefilterLine(line);
+            for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
+                coefficients_[flat(at.x, at.y, at.z)] = static_cast<float>(line[static_cast<std::size_t>(at[axis])]);
+        }
+    });
+}
+
+IndexSample SplineIndex::at(const glm::dvec3& world) const {
+    const glm::dvec3 p = (world - nodes_.first_world) / nodes_.spacing;
+    int cell[3] = {0, 0, 0};
+    CubicWeights w[3] = {};
+    bool beyond[3] = {false, false, false};
+    for (int a = 0; a < 3; ++a) {
+        const double inside = std::clamp(p[a], 1.0, nodes_.count[a] - 2.0);
+        beyond[a] = inside != p[a];
+        cell[a] = std::min(static_cast<int>(inside), nodes_.count[a] - 3);
+        w[a] = cubicBSpline(inside - cell[a]);
+    }
+    IndexSample out{0, glm::dvec3(0)};
+    for (int k = 0; k < 4; ++k)
+        for (int j = 0; j < 4; ++j) {
+            const float* row = &coefficients_[flat(cell[0] - 1, cell[1] - 1 + j, cell[2] - 1 + k)];
+            double value = 0, slope = 0;
+            for (int i = 0; i < 4; ++i)
+                value += w[0].value[i] * double(row[i]), slope += w[0].slope[i] * double(row[i]);
+            out.half_square += w[2].value[k] * w[1].value[j] * value;
+            out.gradient.x += w[2].value[k] * w[1].value[j] * slope;
+            out.gradient.y += w[2].value[k] * w[1].slope[j] * value;
+            out.gradient.z += w[2].slope[k] * w[1].value[j] * value;
+        }
+    out.gradient /= nodes_.spacing;
+    for (int a = 0; a < 3; ++a)
+        if (beyond[a]) out.gradient[a] = 0;
+    return out;
+}
+
+}  // namespace photic
