@@ -16,6 +16,8 @@
 namespace photic {
 namespace {
 
+constexpr std::size_t kTubesADeposit = 200'000;
+
 using Clock = std::chrono::steady_clock;
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -32,8 +34,9 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
                     {"blur", BeamsDisc::Blur},
                     {"sample", BeamsDisc::Sample}},
                    "the sun's disc: one blur a layer, or one bake a direction; auto blurs where that is right"),
-        bindOption("disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "",
-                   "directions on the sun's disc when it is sampled"),
+        bindOption(
+            "disc_samples", &BeamsOptions::disc_samples, {1, 4096}, "",
+            "directions on the sun's disc when it is sampled; with disc = \"auto\" at most: a narrow disc needs fewer"),
         bindOption("wavelengths", &BeamsOptions::wavelengths, {3, 64}, "",
                    "at which light is traced where media disperse"),
         bindOption("kernel", &BeamsOptions::kernel, {{"edges", BeamsKernel::Edges}, {"scalar", BeamsKernel::Scalar}},
@@ -72,11 +75,18 @@ public:
     void addLight(const Light& light, LightField& field) {
         const BeamsDisc disc = discFor(light);
         if (disc != BeamsDisc::Blur) {
-            for (const LightSample& sample : lightSamples(light, disc == BeamsDisc::Sample ? options_.disc_samples : 1))
-                addSample(light, sample, field);
+            std::vector<LightSample> samples = lightSamples(light, disc == BeamsDisc::Sample ? samplesOf(light) : 1);
+            // The first stands nearest to the middle: it goes last, for all that is too faint to be told apart.
+            std::reverse(samples.begin(), samples.end());
+            FaintLight faint;
+            for (const LightSample& sample : samples)
+                addSample(light, sample, field, samples.size() > 1 ? &faint : nullptr, &sample == &samples.back());
+            launched_.power.dropped += faint.rest();
+            layWaiting(field);
             return;
         }
-        addSample(light, lightSamples(light, 1).front(), field);
+        addSample(light, lightSamples(light, 1).front(), field, nullptr, true);
+        layWaiting(field);
         measureDeposit(field);
         const auto start = Clock::now();
         blurLayers(field, discKernels(scene_.surfaces.front(), light, frame_), BeyondNeeded::Alike);
@@ -120,12 +130,19 @@ private:
         return blurServes(scene_, light, frame_) ? BeamsDisc::Blur : BeamsDisc::Sample;
     }
 
+    // As many as were asked for, or as the disc's width needs.
+    int samplesOf(const Light& light) const {
+        if (options_.disc == BeamsDisc::Sample) return options_.disc_samples;
+        return discSamples(optics_, light, options_.disc_samples);
+    }
+
     // One sample of a light through every surface, and on through every history that it begins.
-    void addSample(const Light& light, const LightSample& sample, LightField& field) {
-        const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) { lay(sets, field); };
+    void addSample(const Light& light, const LightSample& sample, LightField& field, FaintLight* faint, bool is_last) {
+        const TubeSink sink = [&](std::array<TubeSet, 6>&& sets) { lay(std::move(sets), field); };
         LaunchOptions options = launch_;
         options.tubes.channels = field.channels().irradiance;
         HistoryLauncher launcher(optics_, spectrum_, options, limits_, sink, monitor_);
+        launcher.shareFaint(faint, is_last);
         for (std::size_t i = 0; i < scene_.surfaces.size(); ++i) {
             const Surface& surface = scene_.surfaces[i];
             const LaunchDomain domain =
@@ -134,9 +151,23 @@ private:
         }
     }
 
-    void lay(const std::array<TubeSet, 6>& sets, LightField& field) {
+    // A deposit goes through all leaves: the few tubes of a long history wait for others.
+    void lay(std::array<TubeSet, 6>&& sets, LightField& field) {
+        std::size_t tubes = 0;
+        for (std::size_t s = 0; s < sets.size(); ++s) {
+            if (waiting_[s].empty())
+                waiting_[s] = std::move(sets[s]);
+            else
+                waiting_[s].append(sets[s]);
+            tubes += waiting_[s].tubes.size();
+        }
+        if (tubes >= kTubesADeposit) layWaiting(field);
+    }
+
+    void layWaiting(LightField& field) {
         const auto start = Clock::now();
-        for (const TubeSet& set : sets) {
+        for (TubeSet& set : waiting_) {
+            if (set.empty()) continue;
             if (options_.interpolation != BeamsInterpolation::Ernst) {
                 voxelise(set, field, voxelise_, totals_, monitor_);
                 continue;
@@ -146,6 +177,7 @@ private:
             LightField exact(field.neededPtr(), {field.channels().irradiance, false});
             voxelise(set, exact, voxelise_, totals_, monitor_);
         }
+        for (TubeSet& set : waiting_) set = TubeSet{};
         deposit_seconds_ += secondsSince(start);
     }
 
@@ -160,6 +192,7 @@ private:
     VoxeliseOptions voxelise_;
     LaunchTotals launched_;
     DepositTotals totals_;
+    std::array<TubeSet, 6> waiting_;
     double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0;
 };
 

@@ -56,6 +56,7 @@ enum class PathOutcome : std::uint8_t {
 struct Path {
     EmissionParam param;
     glm::dvec3 entry{0};      ///< where it meets the first surface [m]
+    double facing = 1;        ///< cosine between where light comes from and the normal there
     glm::dvec3 position{0};   ///< where the last leg starts: on the surface of the last event [m]
     glm::dvec3 direction{0};  ///< of the last leg, unit, world; 0 where the last surface sends none
     glm::dvec3 arriving{1};   ///< share of the emitted power that reaches the last event, per channel

@@ -2,6 +2,7 @@
 #include "bake/paths/path_tracer.h"
 
 #include <cmath>
+#include <glm/geometric.hpp>
 
 namespace photic {
 
@@ -43,6 +44,7 @@ Path PathTracer::follow(const EmissionParam& param, const EmittedRay& ray) const
     Path path;
     path.param = param;
     path.entry = ray.position;
+    path.facing = -glm::dot(ray.direction, ray.normal);
     path.inside = optics_.startingInside(history_.front().surface, ray.direction, ray.face);
     takeEvent(history_.front(), ray.direction, {ray.position, ray.normal, ray.face}, path);
     path.outcome = optics_.arrival(ray.position, ray.direction, emission_.sample().source);

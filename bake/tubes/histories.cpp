@@ -3,9 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace photic {
 namespace {
+
+// Share of an emission's power below which a history is divided anew from the launched triangles, and followed for one
+// sample of a light only.
+constexpr double kFaintHistory = 1.0 / 8;
 
 std::vector<Branch> branchesOf(const Surface& surface) {
     switch (surface.event) {
@@ -18,6 +23,15 @@ std::vector<Branch> branchesOf(const Surface& surface) {
             break;
     }
     return {Branch::Refracted, Branch::Reflected};
+}
+
+// Where a dielectric's reflection is all that is asked for, it is what counts: its reflectance straight on.
+double fullShare(const OpticalScene& optics, int surface) {
+    if (optics.scene().surfaces[static_cast<std::size_t>(surface)].event != SurfaceEvent::Reflect) return 1;
+    const double outside = optics.medium(optics.sides(surface).outside).iors[0];
+    const double inside = optics.medium(optics.sides(surface).inside).iors[0];
+    const double root = (outside - inside) / (outside + inside);
+    return std::max(root * root, 1e-4);
 }
 
 History continued(const History& history, const PathEvent& event) {
@@ -54,6 +68,27 @@ std::vector<SpectralSample> spectralSamples(int count) {
     return samples;
 }
 
+FaintLight::Key FaintLight::key(const History& history, int surface, int wavelength) {
+    Key key = {surface, wavelength};
+    for (const PathEvent& event : history) key.push_back(event.surface * 2 + (event.branch == Branch::Reflected));
+    return key;
+}
+
+void FaintLight::leave(const History& history, int surface, int wavelength, double power) {
+    power_[key(history, surface, wavelength)] += power;
+}
+
+double FaintLight::take(const History& history, int surface, int wavelength) {
+    const auto found = power_.find(key(history, surface, wavelength));
+    return found == power_.end() ? 0.0 : std::exchange(found->second, 0.0);
+}
+
+double FaintLight::rest() const {
+    double sum = 0;
+    for (const auto& [key, power] : power_) sum += power;
+    return sum;
+}
+
 // The light itself, or its wavelengths where they part at a surface.
 std::vector<HistoryLauncher::Light> HistoryLauncher::parted(const Light& light, int surface) const {
     if (light.wavelength > 0 || !optics_.disperses(surface)) return {light};
@@ -72,6 +107,7 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
     options.tubes.counts_emission = first_branch && history.size() == 1;
     options.tubes.counts_event = first_branch;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
+    options.refine.full_share = fullShare(optics_, history.front().surface);
     return options;
 }
 
@@ -108,26 +144,33 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
                            LaunchTotals& totals) {
     std::map<int, std::vector<TubeSeed>> by_surface;
     for (const TubeSeed& seed : seeds) by_surface[seed.surface].push_back(seed);
-    for (const auto& [surface, part] : by_surface) {
+    for (auto& [surface, part] : by_surface) {
         double power = 0;
         for (const TubeSeed& seed : part) power += seed.power;
-        if (power < limits_.threshold * light.emitted) {
-            totals.power.dropped += power;
+        if (faint_ && !takes_faint_ && power < kFaintHistory * light.emitted) {
+            faint_->leave(history, surface, light.wavelength, power);
             continue;
         }
-        for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, totals);
+        const double left = faint_ ? faint_->take(history, surface, light.wavelength) : 0;
+        if (power < limits_.threshold * light.emitted) {
+            totals.power.dropped += power + left;
+            continue;
+        }
+        for (TubeSeed& seed : part) seed.power *= 1 + left / power;
+        for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, power, totals);
     }
 }
 
 void HistoryLauncher::branchAt(const Light& light, const History& history, int surface,
-                               const std::vector<TubeSeed>& seeds, LaunchTotals& totals) {
+                               const std::vector<TubeSeed>& seeds, double power, LaunchTotals& totals) {
     bool first_branch = true;
     std::vector<double> shares;
     const std::vector<Branch> branches = branchesOf(optics_.scene().surfaces[static_cast<std::size_t>(surface)]);
     for (const Branch branch : branches) {
         const History longer = continued(history, {surface, branch});
         const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
-        const LaunchOptions options = optionsFor(longer, first_branch);
+        LaunchOptions options = optionsFor(longer, first_branch);
+        options.from_roots = power < kFaintHistory * light.emitted;
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         first_branch = false;

@@ -25,6 +25,23 @@ struct FollowLimits {
     double threshold = 1e-4;  ///< share of an emission's power below which a branch is not followed; the ledger has it
 };
 
+/// Light of faint histories that other samples of a light leave to its last one [W].
+///
+/// What a sun's disc or a lamp's face blurs is seen in the few histories that carry most of the light. The others are
+/// followed for one sample, with the power of all.
+class FaintLight {
+public:
+    void leave(const History& history, int surface, int wavelength, double power);
+    double take(const History& history, int surface, int wavelength);
+    /// What nobody took.
+    double rest() const;
+
+private:
+    using Key = std::vector<int>;
+    static Key key(const History& history, int surface, int wavelength);
+    std::map<Key, double> power_;
+};
+
 /// Launches every history of an emission: the events at its own surface, then, for what meets another surface (or the
 /// same one again), each branch there, until the limits. A history lays its last legs only; those before were laid by
 /// the histories that it continues, and its domain is the tubes of those that met the surface.
@@ -36,6 +53,9 @@ public:
     HistoryLauncher(const OpticalScene& optics, const std::vector<SpectralSample>& spectrum,
                     const LaunchOptions& options, const FollowLimits& limits, const TubeSink& sink, Monitor& monitor)
         : optics_(optics), spectrum_(spectrum), options_(options), limits_(limits), sink_(sink), monitor_(monitor) {}
+
+    /// Faint histories of what is launched from here on are left to a later sample, or taken up again.
+    void shareFaint(FaintLight* faint, bool take) { faint_ = faint, takes_faint_ = take; }
 
     /// @param domain  of a height field; unused for meshes
     void launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals);
@@ -49,7 +69,7 @@ private:
     void begin(Light light, const LaunchDomain& domain, LaunchTotals& totals);
     void goOn(const Light& light, const History& history, const std::vector<TubeSeed>& seeds, LaunchTotals& totals);
     void branchAt(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& seeds,
-                  LaunchTotals& totals);
+                  double power, LaunchTotals& totals);
     LaunchOptions optionsFor(const History& history, bool first_branch) const;
     std::vector<Light> parted(const Light& light, int surface) const;
 
@@ -59,6 +79,8 @@ private:
     FollowLimits limits_;
     const TubeSink& sink_;
     Monitor& monitor_;
+    FaintLight* faint_ = nullptr;
+    bool takes_faint_ = true;
 };
 
 }  // namespace photic

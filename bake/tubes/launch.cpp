@@ -6,12 +6,18 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bake/scene/mesh_file.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
 
-constexpr std::int64_t kTrianglesAPart = 16, kPartsABatch = 1024;
+constexpr std::int64_t kPartsABatch = 1024;
+
+// Few triangles can be much work each: they are shared out finely.
+std::int64_t trianglesAPart(std::int64_t triangles) { return std::clamp<std::int64_t>(triangles / 256, 1, 16); }
+
+constexpr int kSphereRings = 16;
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
     for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;
@@ -60,35 +66,48 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
             totals.corner_rays += traced[i];
             totals.seeds.insert(totals.seeds.end(), builders[i].seeds().begin(), builders[i].seeds().end());
         }
-        const std::array<TubeSet, 6> batch = joined(builders);
+        std::array<TubeSet, 6> batch = joined(builders);
         totals.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        sink_(batch);
+        sink_(std::move(batch));
     }
 }
 
+LaunchMesh::LaunchMesh(const Surface& surface) : surface_(surface) {
+    // A sphere is divided as its light asks for: few triangles to begin with.
+    if (surface.sphere) ball_ = sphereMesh(surface.sphere->center, surface.sphere->radius, kSphereRings);
+}
+
+glm::dvec3 LaunchMesh::face(int triangle) const {
+    const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
+    const glm::dvec3& p = mesh().positions[t[0]];
+    const glm::dvec3 cross = glm::cross(mesh().positions[t[1]] - p, mesh().positions[t[2]] - p);
+    return glm::length(cross) > 0 ? glm::normalize(cross) : glm::dvec3(0);
+}
+
+EmissionParam LaunchMesh::corner(int triangle, int which) const {
+    const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
+    const auto vertex = t[static_cast<std::size_t>(which)];
+    // On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own.
+    const double hair = surface_.smooth ? 0 : 1e-7;
+    const glm::dvec3 middle = (mesh().positions[t[0]] + mesh().positions[t[1]] + mesh().positions[t[2]]) / 3.0;
+    return {glm::mix(mesh().positions[vertex], middle, hair), mesh().normals[vertex]};
+}
+
 void Launch::mesh(LaunchTotals& totals) {
-    const TriangleMesh& mesh = *tracer_.surface().mesh;
+    const LaunchMesh mesh(tracer_.surface());
     RefineOptions refine = options_.refine;
     if (options_.spacing > 0) refine.max_edge = options_.spacing, refine.tolerance = 0;
-    const auto triangles = static_cast<std::int64_t>(mesh.triangles.size());
-    const std::int64_t parts = (triangles + kTrianglesAPart - 1) / kTrianglesAPart;
-    inBatches(parts, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
+    const std::int64_t a_part = trianglesAPart(mesh.size());
+    inBatches((mesh.size() + a_part - 1) / a_part, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
         Refiner refiner(tracer_, obstacles_, builder, refine);
         std::int64_t traced = 0;
-        for (std::int64_t t = part * kTrianglesAPart; t < std::min((part + 1) * kTrianglesAPart, triangles); ++t) {
-            const auto& triangle = mesh.triangles[static_cast<std::size_t>(t)];
-            const glm::dvec3 &p = mesh.positions[triangle[0]], &q = mesh.positions[triangle[1]],
-                             &r = mesh.positions[triangle[2]];
-            const glm::dvec3 cross = glm::cross(q - p, r - p);
-            if (!(glm::length(cross) > 0)) continue;
-            const glm::dvec3 face = glm::normalize(cross);
-            // On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own.
-            const double hair = tracer_.surface().smooth ? 0 : 1e-7;
-            const glm::dvec3 middle = (p + q + r) / 3.0;
+        for (auto t = static_cast<int>(part * a_part); t < std::min<std::int64_t>((part + 1) * a_part, mesh.size());
+             ++t) {
+            const glm::dvec3 face = mesh.face(t);
+            if (face == glm::dvec3(0)) continue;
             Path corners[3];
-            for (std::size_t i = 0; i < 3; ++i)
-                corners[i] = tracer_.trace(
-                    {glm::mix(mesh.positions[triangle[i]], middle, hair), mesh.normals[triangle[i]]}, face);
+            for (int i = 0; i < 3; ++i) corners[i] = tracer_.trace(mesh.corner(t, i), face);
+            builder.setRoot(t);
             refiner.add(corners[0], corners[1], corners[2], face);
             traced += 3;
         }
@@ -96,26 +115,57 @@ void Launch::mesh(LaunchTotals& totals) {
     });
 }
 
+// Divides seeds that belong together, each by itself or their root instead of them.
+void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* roots, Refiner& refiner,
+                         TubeBuilder& builder, std::int64_t& traced) {
+    // The second branch is held as a whole, to what the first has left.
+    const bool held = !shared_ || is_first_;
+    const int root = seeds.front().root;
+    builder.setRoot(root);
+    if (roots && seeds.size() > 1) {
+        Path corners[3];
+        for (int k = 0; k < 3; ++k) corners[k] = tracer_.trace(roots->corner(root, k), roots->face(root));
+        traced += 3;
+        // A root none of whose corners is of this history would show none of its light.
+        if (std::any_of(corners, corners + 3, [](const Path& path) { return path.outcome == PathOutcome::Lit; })) {
+            double power = 0;
+            for (const TubeSeed& seed : seeds) power += seed.power;
+            if (held) builder.beginHold();
+            refiner.add(corners[0], corners[1], corners[2], roots->face(root));
+            if (held) builder.endHold(TubeBuilder::Held::Arriving, power);
+            return;
+        }
+    }
+    for (const TubeSeed& seed : seeds) {
+        Path corners[3];
+        for (std::size_t k = 0; k < 3; ++k) corners[k] = tracer_.trace(seed.corner[k], seed.face);
+        traced += 3;
+        if (held) builder.beginHold();
+        refiner.add(corners[0], corners[1], corners[2], seed.face);
+        if (held) builder.endHold(TubeBuilder::Held::Arriving, seed.power);
+    }
+}
+
 void Launch::seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals) {
-    const auto count = static_cast<std::int64_t>(seeds.size());
-    inBatches((count + kTrianglesAPart - 1) / kTrianglesAPart, kPartsABatch, totals,
-              [&](std::int64_t part, TubeBuilder& builder) {
-                  Refiner refiner(tracer_, obstacles_, builder, options_.refine);
-                  std::int64_t traced = 0;
-                  for (std::int64_t i = part * kTrianglesAPart; i < std::min((part + 1) * kTrianglesAPart, count);
-                       ++i) {
-                      const TubeSeed& seed = seeds[static_cast<std::size_t>(i)];
-                      Path corners[3];
-                      for (std::size_t k = 0; k < 3; ++k) corners[k] = tracer_.trace(seed.corner[k], seed.face);
-                      // The second branch is held as a whole, to what the first has left.
-                      const bool held = !shared_ || is_first_;
-                      if (held) builder.beginHold();
-                      refiner.add(corners[0], corners[1], corners[2], seed.face);
-                      if (held) builder.endHold(TubeBuilder::Held::Arriving, seed.power);
-                      traced += 3;
-                  }
-                  return traced + refiner.traced();
-              });
+    std::optional<LaunchMesh> roots;
+    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.surface());
+    // Where the groups begin that are divided together.
+    std::vector<std::size_t> begins;
+    for (std::size_t i = 0; i < seeds.size(); ++i)
+        if (i == 0 || !roots || seeds[i].root != seeds[i - 1].root) begins.push_back(i);
+    const auto groups = static_cast<std::int64_t>(begins.size());
+    begins.push_back(seeds.size());
+    const std::int64_t a_part = trianglesAPart(groups);
+    inBatches((groups + a_part - 1) / a_part, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
+        Refiner refiner(tracer_, obstacles_, builder, options_.refine);
+        std::int64_t traced = 0;
+        for (std::int64_t g = part * a_part; g < std::min((part + 1) * a_part, groups); ++g) {
+            const std::size_t begin = begins[static_cast<std::size_t>(g)],
+                              end = begins[static_cast<std::size_t>(g) + 1];
+            refineSeeds(seeds.subspan(begin, end - begin), roots ? &*roots : nullptr, refiner, builder, traced);
+        }
+        return traced + refiner.traced();
+    });
 }
 
 }  // namespace photic

@@ -19,6 +19,9 @@ struct LaunchOptions {
     double spacing = 0;  ///< [voxels] of cells; 0: adaptive, by RefineOptions::tolerance
     RefineOptions refine;
     TubeLaunch tubes;
+    /// Seeds that are parts of one triangle of a mesh are divided from that triangle on: for histories so faint that
+    /// the edges of what shorter ones divided do not count.
+    bool from_roots = false;
 };
 
 /// What launching counted.
@@ -29,8 +32,25 @@ struct LaunchTotals {
     std::vector<TubeSeed> seeds;  ///< what longer histories go on with
 };
 
+/// The triangles by which a mesh or a sphere is launched.
+class LaunchMesh {
+public:
+    explicit LaunchMesh(const Surface& surface);
+
+    int size() const { return static_cast<int>(mesh().triangles.size()); }
+    /// Geometric normal, unit; 0 of a triangle without an area.
+    glm::dvec3 face(int triangle) const;
+    EmissionParam corner(int triangle, int which) const;
+
+private:
+    const TriangleMesh& mesh() const { return surface_.sphere ? ball_ : *surface_.mesh; }
+
+    const Surface& surface_;
+    TriangleMesh ball_;
+};
+
 /// Takes tubes, a batch at a time: sets are indexed by axis * 2 + (sense > 0).
-using TubeSink = std::function<void(const std::array<TubeSet, 6>&)>;
+using TubeSink = std::function<void(std::array<TubeSet, 6>&&)>;
 
 /// Cuts one history of one emission into tubes. Batches follow one another over the emission's domain; inside a batch
 /// parts are traced in parallel, with the same result for any number of threads.
@@ -53,6 +73,9 @@ public:
     void seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals);
 
 private:
+    void refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* roots, Refiner& refiner, TubeBuilder& builder,
+                     std::int64_t& traced);
+
     using Part = std::function<std::int64_t(std::int64_t, TubeBuilder&)>;
     void inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTotals& totals, const Part& part);
 

@@ -29,6 +29,7 @@ Obstacles::Obstacles(const PathTracer& tracer) : optics_(tracer.optics()), trace
         return optics_.scene().surfaces[static_cast<std::size_t>(event.surface)].mesh != nullptr;
     };
     enters_on_mesh_ = isMesh(tracer.history().front()), leaves_mesh_ = isMesh(tracer.history().back());
+    first_is_closed_ = tracer.surface().closed || tracer.surface().sphere.has_value();
 }
 
 // A box that leans with the legs.
@@ -120,6 +121,8 @@ bool Obstacles::between(const Path& a, const Path& b, double width) const {
     // The legs to the first surface were looked at when shorter histories were laid.
     if (tracer_.history().size() == 1) {
         const Leg to_a = legFromLight(a.entry), to_b = legFromLight(b.entry);
+        // What faces away lies in the shadow of its own closed body.
+        if (a.outcome == PathOutcome::Hidden && first_is_closed_ && a.facing < 0 && b.facing < 0) return false;
         // A shadow is looked at for gaps, down to a voxel.
         if (a.outcome != PathOutcome::Lit)
             return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);

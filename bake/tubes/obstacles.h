@@ -58,7 +58,7 @@ private:
 
     const OpticalScene& optics_;
     const PathTracer& tracer_;
-    bool enters_on_mesh_, leaves_mesh_;
+    bool enters_on_mesh_, leaves_mesh_, first_is_closed_;
 };
 
 }  // namespace photic

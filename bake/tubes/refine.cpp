@@ -13,6 +13,12 @@ namespace {
 // and behind many events, or at a grazing entry, there would be no end of them.
 constexpr double kLeastPower = 1.0 / 256;
 
+// Of an edge along a body's rim, whose ends face across the light: what its chord cuts off does face the light.
+constexpr double kLeastFacing = 1.0 / 16;
+
+// Share of full light below which tubes become no coarser.
+constexpr double kFaintest = 1.0 / 256;
+
 // Tubes that stay outside of the grid are divided down to this [voxels].
 constexpr double kWideOutside = 1;
 
@@ -54,12 +60,15 @@ bool PathComparison::missesGrid(const Path& a, const Path& b) const {
     return below[0] || below[1] || below[2] || above[0] || above[1] || above[2];
 }
 
-double PathComparison::carries(const Path& a, const Path& b) const {
-    const auto share = [](const Path& p) { return channelMean(p.arriving * p.fraction); };
-    const double width = entryWidth(a, b);
+double PathComparison::share(const Path& a, const Path& b) const {
     // Before its first surface, light has lost nothing yet.
-    const bool dark = a.outcome != PathOutcome::Lit && b.outcome != PathOutcome::Lit;
-    return width * width * (dark ? 1.0 : std::max(share(a), share(b)));
+    if (a.outcome != PathOutcome::Lit && b.outcome != PathOutcome::Lit) return 1;
+    return std::max(channelMean(a.arriving * a.fraction), channelMean(b.arriving * b.fraction));
+}
+
+double PathComparison::carries(const Path& a, const Path& b) const {
+    const double width = entryWidth(a, b);
+    return width * width * std::max({std::fabs(a.facing), std::fabs(b.facing), kLeastFacing}) * share(a, b);
 }
 
 double PathComparison::entryWidth(const Path& a, const Path& b) const {
@@ -111,15 +120,19 @@ std::size_t Refiner::ParamHash::operator()(const EmissionParam& p) const {
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m) const {
     const double width = compare_.width(a, b);
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
-    if (width <= options_.silhouette || compare_.carries(a, b) < kLeastPower) return false;
+    if (width <= options_.silhouette || compare_.carries(a, b) < kLeastPower * options_.full_share) return false;
     // Where nothing is laid, light is followed only as well as it must be to come back.
     if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m)) return true;
     if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.endsApart(a, b))) return true;
+    if (!(options_.tolerance > 0)) return false;
+    // What is misplaced counts by its power, and tubes go with one over the tolerance: the sum of errors is least for a
+    // given number of tubes when each history's tolerance goes with one over the root of its power.
+    const double coarser = std::sqrt(std::clamp(compare_.share(a, b) / options_.full_share, kFaintest, 1.0));
     // Paths half an edge apart: a quarter of the second difference over the edge.
-    return options_.tolerance > 0 && 4 * compare_.bend(a, m, b) > options_.tolerance;
+    return 4 * compare_.bend(a, m, b) * coarser > options_.tolerance;
 }
 
 void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, double bend) {
@@ -144,7 +157,7 @@ const Refiner::Edge& Refiner::edgeBetween(const Path& a, const Path& b, const gl
     return it->second;
 }
 
-void Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth) {
+int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth) {
     if (depth >= options_.max_depth) return builder_.add(a, b, c, face);
     // References into an unordered_map stay valid while it grows.
     const Edge &ab = edgeBetween(a, b, face), &bc = edgeBetween(b, c, face), &ca = edgeBetween(c, a, face);
@@ -157,16 +170,49 @@ void Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3&
     if (!lit || widest <= options_.silhouette || builder_.axisServes(a, b, c)) return builder_.add(a, b, c, face);
     const Edge all[3] = {{ab.middle, true}, {bc.middle, true}, {ca.middle, true}};
     const Edge* halved[3] = {&all[0], &all[1], &all[2]};
-    divide(corners, halved, face, depth + 1);
+    return divide(corners, halved, face, depth + 1);
+}
+
+int Refiner::divide(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth) {
+    const std::size_t first = builder_.seeds().size();
+    const int met = divided(corners, edges, face, depth);
+    if (joinable(corners, first, met)) builder_.joinSeeds(first, *corners[0], *corners[1], *corners[2]);
+    return met;
+}
+
+// Longer histories need not be divided where this one had to be. Where all parts of a triangle meet one surface, they
+// are one again; and where its light is too faint to be divided, if they meet one surface and a corner does.
+bool Refiner::joinable(const Path* const* corners, std::size_t first, int met) const {
+    const std::vector<TubeSeed>& seeds = builder_.seeds();
+    if (seeds.size() < first + 2) return false;
+    if (met >= 0) return true;
+    double carries = 0;
+    bool corner_meets = false;
+    const int surface = seeds[first].surface;
+    for (int i = 0; i < 3; ++i) {
+        const Path& a = *corners[i];
+        carries = std::max(carries, compare_.carries(a, *corners[(i + 1) % 3]));
+        corner_meets = corner_meets ||
+                       (a.outcome == PathOutcome::Lit && a.end.kind == Target::Kind::Surface && a.end.index == surface);
+    }
+    if (!corner_meets || carries >= kLeastPower * options_.full_share) return false;
+    return std::all_of(seeds.begin() + static_cast<std::ptrdiff_t>(first), seeds.end(),
+                       [surface](const TubeSeed& seed) { return seed.surface == surface; });
 }
 
 // Edge i runs from corner i to the next.
-void Refiner::divide(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth) {
+int Refiner::divided(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth) {
+    constexpr int kNone = -2;  // no part yet
+    int met = kNone;
+    const auto part = [&](const Path& a, const Path& b, const Path& c) {
+        const int of_part = add(a, b, c, face, depth);
+        met = met == kNone || met == of_part ? of_part : -1;
+    };
     const int splits = edges[0]->split + edges[1]->split + edges[2]->split;
     if (splits == 3) {
-        for (int i = 0; i < 3; ++i) add(*corners[i], edges[i]->middle, edges[(i + 2) % 3]->middle, face, depth);
-        add(edges[0]->middle, edges[1]->middle, edges[2]->middle, face, depth);
-        return;
+        for (int i = 0; i < 3; ++i) part(*corners[i], edges[i]->middle, edges[(i + 2) % 3]->middle);
+        part(edges[0]->middle, edges[1]->middle, edges[2]->middle);
+        return met;
     }
     // Turned so that the one edge that differs from the others comes first.
     int first = 0;
@@ -174,12 +220,13 @@ void Refiner::divide(const Path* const* corners, const Edge* const* edges, const
     const Path &a = *corners[first], &b = *corners[(first + 1) % 3], &c = *corners[(first + 2) % 3];
     if (splits == 1) {
         const Path& m = edges[first]->middle;
-        add(a, m, c, face, depth), add(m, b, c, face, depth);
-        return;
+        part(a, m, c), part(m, b, c);
+        return met;
     }
     // Two edges: cut off the corner between them, which is c, and halve the rest.
     const Path &bc = edges[(first + 1) % 3]->middle, &ca = edges[(first + 2) % 3]->middle;
-    add(c, ca, bc, face, depth), add(ca, a, b, face, depth), add(ca, b, bc, face, depth);
+    part(c, ca, bc), part(ca, a, b), part(ca, b, bc);
+    return met;
 }
 
 }  // namespace photic

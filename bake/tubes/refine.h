@@ -17,6 +17,9 @@ struct RefineOptions {
     double max_edge = 0;        ///< [voxels] split longer edges, measured at the surface; 0: any length
     double silhouette = 0.125;  ///< [voxels] tubes that straddle a shadow's edge are split to this size
     int max_depth = 24;         ///< halvings of one edge
+    /// Share of the emitted power that counts as full light. What a share's root is below it, tubes may be coarser by:
+    /// most tubes go where they lessen the error most.
+    double full_share = 1;
 };
 
 /// How well two neighbouring paths, and what is between them, are told by a tube. The questions that refinement asks;
@@ -42,6 +45,8 @@ public:
     double entryWidth(const Path& a, const Path& b) const;
     /// Whether both last legs, and what is as far beside them as they are apart, stay outside of the grid.
     bool missesGrid(const Path& a, const Path& b) const;
+    /// The larger share of the emitted power that either brings to its last leg; 1 before the first surface.
+    double share(const Path& a, const Path& b) const;
     /// About what a tube of this edge carries, as a share of the unfocused light on a voxel's face.
     double carries(const Path& a, const Path& b) const;
 
@@ -78,8 +83,11 @@ private:
         std::size_t operator()(const EmissionParam& p) const;
     };
 
-    void add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth);
-    void divide(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth);
+    // Both return what TubeBuilder::add does of all the tubes that they laid.
+    int add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth);
+    int divide(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth);
+    int divided(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth);
+    bool joinable(const Path* const* corners, std::size_t first, int met) const;
     const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
     bool mustSplit(const Path& a, const Path& b, const Path& m) const;
 

@@ -146,9 +146,28 @@ void TubeBuilder::closeBlock(int s) {
     open = OpenBlock{};
 }
 
-void TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) {
+// Each corner stands for a third of a tube's power. Where a closed body turns away from the light there is no edge of a
+// shadow to look for: a triangle there faces the light or does not, and the corners that do stand for all of it.
+double TubeBuilder::shareOfCorner(const Corners& corners) const {
+    const Surface& surface = emission_->surface();
+    if (!surface.closed && !surface.sphere) return 1.0 / 3;
+    int away = 0, lit = 0, from_inside = 0;
+    for (const Path* path : corners) {
+        away += path->outcome == PathOutcome::Hidden && path->facing < 0;
+        lit += path->outcome == PathOutcome::Lit;
+        from_inside += path->outcome == PathOutcome::Lit && path->facing < -1e-9;
+    }
+    if (away == 3 || from_inside > 0) return 1.0 / 3;
+    const glm::dvec3& a = corners[0]->entry;
+    const glm::dvec3 area = glm::cross(corners[1]->entry - a, corners[2]->entry - a);
+    // A triangle that is folded back over its neighbours at the rim covers what they do.
+    if (glm::dot(area, emission_->directionAt(a)) >= 0 || (away > 0 && lit == 0)) return 0;
+    return 1.0 / (3 - away);
+}
+
+int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) {
     const Corners corners = {&a, &b, &c};
-    const glm::dvec3 third = emission_->power(a.entry, b.entry, c.entry) / 3.0;
+    const glm::dvec3 third = emission_->power(a.entry, b.entry, c.entry) * shareOfCorner(corners);
     glm::dvec3 power(0);
     bool lit = false, directed = true;
     for (const Path* path : corners) {
@@ -160,13 +179,24 @@ void TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dv
     // At the floor of refinement, and still no tube: a corner without a ray, or rays that part by 90 degrees.
     const bool no_tube = lit && axis < 0, culled = axis >= 0 && missesBox(corners);
     double PowerLedger::*const unlaid = no_tube ? &PowerLedger::dropped : culled ? &PowerLedger::culled : nullptr;
-    TubeSeed seed{{a.param, b.param, c.param}, face, -1, 0};
+    TubeSeed seed{{a.param, b.param, c.param}, face, -1, 0, root_};
+    bool whole = true;
     for (const Path* path : corners) {
         const double handed_on = countCorner(*path, third, unlaid);
+        whole = whole && handed_on > 0 && (seed.surface < 0 || seed.surface == path->end.index);
         if (handed_on > 0) seed.surface = path->end.index, seed.power += handed_on;
     }
     if (seed.power > 0) seeds_.push_back(seed);
     if (axis >= 0 && !culled) layTube(corners, axis, power);
+    return whole ? seed.surface : -1;
+}
+
+void TubeBuilder::joinSeeds(std::size_t first, const Path& a, const Path& b, const Path& c) {
+    TubeSeed joined = seeds_[first];
+    joined.corner[0] = a.param, joined.corner[1] = b.param, joined.corner[2] = c.param;
+    for (std::size_t i = first + 1; i < seeds_.size(); ++i) joined.power += seeds_[i].power;
+    seeds_.resize(first);
+    seeds_.push_back(joined);
 }
 
 void TubeBuilder::layTube(const Corners& corners, int axis, const glm::dvec3& power) {

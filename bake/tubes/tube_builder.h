@@ -30,6 +30,7 @@ struct TubeSeed {
     glm::dvec3 face{0};  ///< geometric normal of the mesh triangle that they enter through
     int surface = -1;    ///< that some of the corners meet
     double power = 0;    ///< that arrives there, mean of the channels [W]
+    int root = -1;       ///< the launched mesh's triangle of which it is a part; -1: of a height field
 };
 
 /// A lattice of columns x rows cells, two triangles a cell, corners row by row.
@@ -48,7 +49,8 @@ public:
     /// Adds the tube between three paths; orientation must be that of the surface. Each stands for a third of the
     /// power.
     /// @param face  of the mesh triangle through which they enter; unused for height fields
-    void add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face);
+    /// @return the specular surface that hands on what all three bring there; -1 when there is no one such surface
+    int add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face);
 
     /// Adds the tubes of a regular block from traced rows, all of whose rays z layers serve (per_layer > 0).
     /// @param topology  regularTopology(columns, rows)
@@ -63,6 +65,10 @@ public:
     void beginHold();
     void endHold(Held what, double power);
 
+    /// Makes one seed of those from `first` on, which are parts of this triangle and meet one surface: longer histories
+    /// divide it anew, in their own way.
+    void joinSeeds(std::size_t first, const Path& a, const Path& b, const Path& c);
+
     /// Makes room for the tubes of regular blocks that go down (`sense` < 0) or up through z layers.
     void reserve(int sense, std::size_t corners, std::size_t tubes);
 
@@ -70,6 +76,9 @@ public:
     void finish();
     /// After finish(): indexed by axis * 2 + (sense > 0).
     std::array<TubeSet, 6>& sets() { return sets_; }
+
+    /// Of the seeds that are added from here on.
+    void setRoot(int root) { root_ = root; }
 
     const GridFrame& frame() const { return optics_->frame(); }
     const PowerLedger& power() const { return power_; }
@@ -92,6 +101,7 @@ private:
 
     int chooseAxis(const Path& a, const Path& b, const Path& c, double max_slope) const;
     bool missesBox(const Corners& corners) const;
+    double shareOfCorner(const Corners& corners) const;
     CornerRay cornerRay(const Path& path, int axis, double end_distance) const;
     std::uint8_t cornerIndex(int set, const Path& path, double end_distance);
     void openBlock(int set, int medium);
@@ -110,6 +120,7 @@ private:
     std::array<TubeSet, 6> sets_;
     std::array<OpenBlock, 6> open_;
     std::vector<TubeSeed> seeds_;
+    int root_ = -1;
     PowerLedger power_;
     double arriving_ = 0, leaving_ = 0,
            kept_ = 0;  // at the last event [W]: in all, along the branch, and by the surface
