@@ -156,15 +156,17 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
         !arguments.receivers.empty() || !arguments.slices.empty() || !arguments.xrays.empty() || arguments.view_only;
     auto receivers = arguments.receivers, xrays = arguments.xrays;
     if (!asked) {
-        receivers = planarReceivers(scene);
+        receivers = receiverNames(scene);
         xrays = {"y"};
     }
     for (const std::string& name : receivers) {
         const int resolution = arguments.resolution;
-        receiverFrame(scene, name, resolution);  // refuses unknown names before any work
+        const auto known = receiverNames(scene);
+        // Refuses unknown names before any work.
+        if (std::find(known.begin(), known.end(), name) == known.end()) receiverFrame(scene, name, resolution);
         subjects.push_back({receiverFileName(name),
                             [name, resolution](const Shot& shot) {
-                                return receiverPicture(shot.volume, receiverFrame(shot.scene, name, resolution));
+                                return receiverPicture(shot.volume, shot.scene, name, resolution);
                             },
                             false, true, 0});
     }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <vector>
 
+#include "bake/picture/view_scene.h"
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -58,7 +59,63 @@ Image acrossAxis(const LightVolume& volume, int axis, const Body& body) {
     return image;
 }
 
+const Object* findReceiver(const Scene& scene, const std::string& name) {
+    const auto found = std::find_if(scene.objects.begin(), scene.objects.end(),
+                                    [&](const Object& object) { return object.name == name && object.receives(); });
+    return found == scene.objects.end() ? nullptr : &*found;
+}
+
+// A mesh seen along z: from the side that most of the light comes from.
+Image meshPicture(const LightVolume& volume, const Scene& scene, const Object& object, int resolution) {
+    Scene alone;
+    alone.domain = scene.domain;
+    alone.objects = {object};
+    const MeshView view(alone);
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+    for (const glm::dvec3& p : std::get<std::shared_ptr<const TriangleMesh>>(object.shape)->positions)
+        low = glm::min(low, p), high = glm::max(high, p);
+    const double top = high.z, bottom = low.z;
+    low = glm::max(low, scene.domain.min), high = glm::min(high, scene.domain.max);
+    const glm::dvec2 size(high - low);
+    if (!(size.x > 0 && size.y > 0 && high.z >= low.z))
+        throw Error(ErrorCode::Input,
+                    fmt::format("receiver '{}' lies outside the domain; move it or enlarge [domain]", object.name),
+                    object.where);
+    double down = 0;
+    for (const Light& light : scene.lights) down -= light.direction.z;
+    const bool from_below = down < 0;
+    const double texel = std::max(size.x, size.y) / resolution, margin = 1e-3 * (top - bottom) + texel;
+    const VolumeLookup lookup(volume);
+    Image image = blankImage(std::max(1, static_cast<int>(std::lround(size.x / texel))),
+                             std::max(1, static_cast<int>(std::lround(size.y / texel))), lookup.coloured() ? 3 : 1);
+    parallelFor(image.height, [&](std::int64_t row) {
+        const int y = static_cast<int>(row);
+        for (int x = 0; x < image.width; ++x) {
+            const glm::dvec3 eye(low.x + (x + 0.5) / image.width * size.x,
+                                 low.y + (1 - (y + 0.5) / image.height) * size.y,
+                                 from_below ? bottom - margin : top + margin);
+            const glm::dvec3 direction(0, 0, from_below ? 1 : -1);
+            const ViewHit hit = view.hit(eye, direction, std::numeric_limits<double>::infinity());
+            if (hit) put(image, x, y, lookup.receiverIrradiance(eye + hit.distance * direction, hit.normal));
+        }
+    });
+    return image;
+}
+
 }  // namespace
+
+Image receiverPicture(const LightVolume& volume, const Scene& scene, const std::string& name, int resolution) {
+    const Object* object = findReceiver(scene, name);
+    if (object && !std::holds_alternative<Plane>(object->shape)) return meshPicture(volume, scene, *object, resolution);
+    return receiverPicture(volume, receiverFrame(scene, name, resolution));
+}
+
+std::vector<std::string> receiverNames(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const Object& object : scene.objects)
+        if (object.receives()) names.push_back(object.name);
+    return names;
+}
 
 Image receiverPicture(const LightVolume& volume, const PictureFrame& frame) {
     const VolumeLookup lookup(volume);
@@ -100,15 +157,15 @@ std::vector<std::string> planarReceivers(const Scene& scene) {
 }
 
 PictureFrame receiverFrame(const Scene& scene, const std::string& name, int resolution) {
-    const auto names = planarReceivers(scene);
-    if (std::find(names.begin(), names.end(), name) == names.end()) {
+    const auto planes = planarReceivers(scene);
+    if (std::find(planes.begin(), planes.end(), name) == planes.end()) {
+        const auto names = receiverNames(scene);
         throw Error(
             ErrorCode::Input,
             names.empty()
-                ? fmt::format(
-                      "no receiver '{}': the scene has no planar receiver; add an [[object]] with plane = {{...}}",
-                      name)
-                : fmt::format("no planar receiver '{}'; the scene has: {}", name, fmt::join(names, ", ")),
+                ? fmt::format("no receiver '{}': the scene has none; add an [[object]] with plane = {{...}} or file",
+                              name)
+                : fmt::format("no receiver '{}'; the scene has: {}", name, fmt::join(names, ", ")),
             scene.file);
     }
     const auto found = std::find_if(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {

@@ -30,6 +30,15 @@ Image slicePicture(const LightVolume& volume, int axis, int layer);
 /// Mean of the fluence rate along an axis over the frame's whole length, dark voxels included [W/m2]: an x-ray.
 Image xrayPicture(const LightVolume& volume, int axis);
 
+/// Irradiance on the receiver `name` [W/m2]: of a plane within the domain, upright; of a mesh as seen straight from
+/// above, or from below where the scene's light comes from there, north (+y) up, 0 beside it.
+/// @param resolution  texels of the longer side
+/// @throws Error{Input} when `name` is no receiver (lists those that are), or lies outside the domain
+Image receiverPicture(const LightVolume& volume, const Scene& scene, const std::string& name, int resolution);
+
+/// Names of all receivers, movable ones included, in the scene's order.
+std::vector<std::string> receiverNames(const Scene& scene);
+
 /// Names of the planar receivers, movable ones included, in the scene's order.
 std::vector<std::string> planarReceivers(const Scene& scene);
 

@@ -5,17 +5,19 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <limits>
+#include <memory>
 #include <numbers>
 
-#include "bake/optics/phase_function.h"
 #include "bake/optics/snell.h"
+#include "bake/picture/glass_view.h"
 #include "bake/picture/view_scene.h"
-#include "bake/picture/volume_lookup.h"
+#include "bake/picture/view_shading.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
@@ -24,50 +26,14 @@ namespace photic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Absorption of clean water at red, green and blue [1/m], rounded; tints pictures of scenes that set no medium.
-constexpr glm::dvec3 kCleanWater{0.35, 0.07, 0.02};
 // Rays reflected more than this often carry nothing that is seen.
 constexpr int kMaxEvents = 6;
-
-struct Rgba {
-    glm::dvec3 colour{0};
-    double alpha = 0;
-};
-
-/// A cheap integer hash (T. Wang) as a number in 0..1: the jitter must not depend on the threads.
-double hashed(std::uint32_t seed) {
-    seed = (seed ^ 61U) ^ (seed >> 16U);
-    seed *= 9U;
-    seed ^= seed >> 4U;
-    seed *= 0x27d4eb2dU;
-    seed ^= seed >> 15U;
-    return seed / 4294967296.0;
-}
 
 /// Everything that one eye ray needs, shared by all pixels.
 class ViewRenderer {
 public:
-    ViewRenderer(const Scene& scene, const LightVolume& volume, const ViewSettings& settings)
-        : scene_(scene), settings_(settings), view_(scene), lookup_(volume), reference_(scene.referenceIrradiance()) {
-        extinction_ = scene.medium.extinction();
-        scattering_ = scene.medium.scattering;
-        anisotropy_ = scene.medium.anisotropy;
-        if (!scene.medium.present()) extinction_ = kCleanWater;
-        if (settings.shaft_scattering) {
-            extinction_ += *settings.shaft_scattering - scattering_;
-            scattering_ = glm::dvec3(*settings.shaft_scattering);
-        }
-        // Straight on would be a mirror image of the sun, not a picture.
-        anisotropy_ = std::clamp(settings.shaft_anisotropy.value_or(anisotropy_), -0.99, 0.99);
-        for (const Light& light : scene.lights) {
-            if (glm::length(light.irradiance) > glm::length(sun_irradiance_)) {
-                sun_irradiance_ = light.irradiance;
-                sun_direction_ = light.direction;
-            }
-        }
-        sky_scale_ = 0.25 * reference_ / kPi;
-        step_length_ = glm::length(scene.domain.max - scene.domain.min) / std::max(1, settings.march_steps);
-    }
+    ViewRenderer(const Scene& scene, const ViewShading& shading, const ViewSettings& settings)
+        : scene_(scene), shading_(shading), settings_(settings), view_(scene) {}
 
     Rgba trace(glm::dvec3 origin, glm::dvec3 direction, std::uint32_t seed) const {
         ViewInterval room = view_.clip(origin, direction);
@@ -78,7 +44,7 @@ public:
         // The cut face of the water: a faint veil that gives the body of water an outline.
         const bool through_side = in_water && room.enter > 0;
         if (through_side && settings_.look == ViewLook::Natural) return {solidSide(origin), 1};
-        Rgba result{through_side ? 0.03 * sky({0, 0, 1}) : glm::dvec3(0), 1};
+        Rgba result{through_side ? 0.03 * shading_.sky({0, 0, 1}) : glm::dvec3(0), 1};
         glm::dvec3 throughput(through_side ? 0.97 : 1.0);
         for (int event = 0; event < kMaxEvents; ++event) {
             room = view_.clip(origin, direction);
@@ -88,9 +54,9 @@ public:
             const ViewHit hit = view_.receiver(origin, direction, std::min(end, surface), room);
             const double length = std::min({end, surface, hit.distance});
             if (in_water) {
-                result.colour +=
-                    throughput * inScatter(origin, direction, length, seed + static_cast<std::uint32_t>(event));
-                throughput *= glm::exp(-extinction_ * length);
+                result.colour += throughput * shading_.inScatter(origin, direction, length, shading_.water(),
+                                                                 seed + static_cast<std::uint32_t>(event));
+                throughput *= glm::exp(-shading_.water().extinction * length);
             }
             const glm::dvec3 position = origin + length * direction;
             if (hit) {
@@ -101,11 +67,11 @@ public:
                 // Out of the room: open water below, the sky above; a ray that meets nothing at all shows the
                 // background.
                 if (in_water) {
-                    result.colour += throughput * deepWater();
+                    result.colour += throughput * shading_.deepWater();
                 } else if (event == 0) {
                     return {};
                 } else {
-                    result.colour += throughput * sky(direction);
+                    result.colour += throughput * shading_.sky(direction);
                 }
                 return result;
             }
@@ -117,51 +83,12 @@ public:
     }
 
 private:
-    /// A clear sky seen from the water's surface, with the sun's glitter. Linear radiance.
-    glm::dvec3 sky(const glm::dvec3& direction) const {
-        const double up = std::clamp(direction.z, 0.0, 1.0);
-        glm::dvec3 colour =
-            sky_scale_ * glm::mix(glm::dvec3(0.85, 0.92, 1.0), glm::dvec3(0.30, 0.52, 0.92), std::sqrt(up));
-        // The sun as a lobe of about two degrees: its true disc would alias into specks.
-        const double cosine = glm::dot(direction, -sun_direction_);
-        const double width = glm::radians(2.0);
-        if (cosine > 0) colour += 40.0 * sky_scale_ * std::exp(-(1 - cosine) / (0.5 * width * width));
-        return colour;
-    }
-
-    glm::dvec3 deepWater() const { return sky_scale_ * glm::dvec3(0.02, 0.14, 0.22); }
-
-    /// Light that single scattering in the water sends towards the eye along a stretch of the ray.
-    glm::dvec3 inScatter(const glm::dvec3& origin, const glm::dvec3& direction, double length,
-                         std::uint32_t seed) const {
-        if (scattering_ == glm::dvec3(0) || length <= 0) return glm::dvec3(0);
-        const int steps = std::max(1, static_cast<int>(std::ceil(length / step_length_)));
-        const double step = length / steps, jitter = hashed(seed);
-        glm::dvec3 sum{0};
-        for (int i = 0; i < steps; ++i) {
-            const double distance = (i + jitter) * step;
-            const LightSample light = lookup_.at(origin + distance * direction);
-            const double mean = light.meanIrradiance(), flux = glm::length(light.flux);
-            if (mean <= 0) continue;
-            // Mixed directions act like a wider phase function: g x |direction|.
-            const double concentration = std::min(1.0, flux / mean);
-            const double cosine = flux > 0 ? glm::dot(light.flux, -direction) / flux : 0.0;
-            sum += light.irradiance * henyeyGreenstein(cosine, anisotropy_ * concentration) *
-                   glm::exp(-extinction_ * distance);
-        }
-        // A little of the skylight is scattered too: shadows in the water are not black.
-        const glm::dvec3 skylight = settings_.ambient * reference_ / (4 * kPi) * glm::dvec3(0.5, 0.8, 1.0);
-        return scattering_ * step * (sum + static_cast<double>(steps) * skylight);
-    }
-
     glm::dvec3 receiverRadiance(const glm::dvec3& position, const ViewHit& hit, bool in_water) const {
-        glm::dvec3 irradiance = lookup_.receiverIrradiance(position, hit.normal);
-        const double facing = 0.5 + 0.5 * hit.normal.z;
-        irradiance += settings_.ambient * reference_ * (0.4 + 0.6 * facing) * glm::dvec3(0.85, 0.95, 1.0);
         // Above the water the renderer, not the volume, adds direct light.
-        if (!in_water && !view_.inWater(position))
-            irradiance += sun_irradiance_ * std::max(0.0, -glm::dot(sun_direction_, hit.normal));
-        return view_.albedo(position, hit.normal, settings_.albedo, settings_.tile_size) / kPi * irradiance;
+        glm::dvec3 direct(0);
+        if (!in_water && !view_.inWater(position) && view_.seesSun(position, hit.normal, shading_.sunDirection()))
+            direct = shading_.sunIrradiance() * std::max(0.0, -glm::dot(shading_.sunDirection(), hit.normal));
+        return shading_.receiver(position, hit.normal, hit.object, direct);
     }
 
     /// The outside of the box in a natural look: a plain wall in skylight, a little darker away from the sun.
@@ -170,8 +97,8 @@ private:
         const double x = std::min(low.x, high.x), y = std::min(low.y, high.y);
         const glm::dvec3 normal =
             x < y ? glm::dvec3(low.x < high.x ? -1 : 1, 0, 0) : glm::dvec3(0, low.y < high.y ? -1 : 1, 0);
-        const double lit = std::max(0.0, -glm::dot(sun_direction_, normal));
-        return 0.25 / kPi * reference_ * (0.10 + 0.25 * lit) * glm::dvec3(0.95, 0.98, 1.0);
+        const double lit = std::max(0.0, -glm::dot(shading_.sunDirection(), normal));
+        return 0.25 / kPi * shading_.reference() * (0.10 + 0.25 * lit) * glm::dvec3(0.95, 0.98, 1.0);
     }
 
     /// Goes straight through the surface, which reflects some of the sky.
@@ -180,7 +107,7 @@ private:
         const SurfaceView surface = view_.surfaceAt(position);
         if (!in_water) {
             const Interface split = interfaceAt(direction, surface.normal, surface.ior_above, surface.ior_below);
-            colour += throughput * (1 - split.transmittance) * sky(split.reflected);
+            colour += throughput * (1 - split.transmittance) * shading_.sky(split.reflected);
             throughput *= split.transmittance;
         }
         // A bright line where the surface is cut, or nobody sees where the water ends.
@@ -188,7 +115,7 @@ private:
             to_high(scene_.domain.max - position);
         const double to_side = std::min({to_low.x, to_low.y, to_high.x, to_high.y});
         if (to_side < 0.004 * std::max(size.x, size.y)) {
-            colour += 0.5 * throughput * 0.4 * reference_ / kPi * glm::dvec3(0.75, 0.92, 1.0);
+            colour += 0.5 * throughput * 0.4 * shading_.reference() / kPi * glm::dvec3(0.75, 0.92, 1.0);
             throughput *= 0.5;
         }
         in_water = !in_water;
@@ -196,7 +123,7 @@ private:
     }
 
     /// A step [m] that surely leaves the surface behind.
-    double surfaceOffset() const { return 1e-6 * step_length_ * settings_.march_steps; }
+    double surfaceOffset() const { return 1e-6 * shading_.stepLength() * settings_.march_steps; }
 
     /// Refracts the ray through the surface, adding what the reflected branch sees; or reflects it when that is all.
     void crossSurface(const glm::dvec3& position, glm::dvec3& direction, bool& in_water, glm::dvec3& throughput,
@@ -209,11 +136,11 @@ private:
         if (in_water) {
             // From below: Snell's window shows the sky; outside of it the ray goes on in the water.
             const double scale = split.transmittance * (from / to) * (from / to);
-            if (split.transmittance > 0) colour += throughput * scale * sky(split.refracted);
+            if (split.transmittance > 0) colour += throughput * scale * shading_.sky(split.refracted);
             throughput *= 1 - split.transmittance;
             direction = split.reflected;
         } else {
-            colour += throughput * (1 - split.transmittance) * sky(split.reflected);
+            colour += throughput * (1 - split.transmittance) * shading_.sky(split.reflected);
             throughput *= split.transmittance * (from / to) * (from / to);
             direction = split.refracted;
             in_water = true;
@@ -222,20 +149,38 @@ private:
     }
 
     const Scene& scene_;
+    const ViewShading& shading_;
     const ViewSettings& settings_;
     ViewScene view_;
-    VolumeLookup lookup_;
-    double reference_;
-    glm::dvec3 extinction_{0}, scattering_{0};
-    double anisotropy_ = 0;
-    glm::dvec3 sun_direction_{0, 0, -1}, sun_irradiance_{0};
-    double sky_scale_ = 0, step_length_ = 1;
 };
+
+using EyeRay = std::function<Rgba(const glm::dvec3& origin, const glm::dvec3& direction, std::uint32_t seed)>;
+
+/// Water and planes are seen as the settings' look says; where glass or mirrors stand, eye rays follow them.
+EyeRay eyeRays(const Scene& scene, const LightVolume& volume, const ViewShading& shading,
+               const ViewSettings& settings) {
+    // Water that is an open mesh is looked through as if it were not there.
+    const bool glass = std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [](const Surface& surface) {
+        return surface.mesh && (surface.closed || surface.sphere || surface.event == SurfaceEvent::Mirror);
+    });
+    if (glass) {
+        const auto view = std::make_shared<GlassView>(scene, volume.field.frame(), shading);
+        return [view](const glm::dvec3& o, const glm::dvec3& d, std::uint32_t seed) { return view->trace(o, d, seed); };
+    }
+    const auto view = std::make_shared<ViewRenderer>(scene, shading, settings);
+    return [view](const glm::dvec3& o, const glm::dvec3& d, std::uint32_t seed) { return view->trace(o, d, seed); };
+}
 
 }  // namespace
 
 ViewSettings defaultView(const Scene& scene) {
     ViewSettings view;
+    if (!scene.cameras.empty()) {
+        const Camera& camera = scene.cameras.front();
+        view.eye = camera.position, view.target = camera.target, view.up = camera.up;
+        view.field_of_view_deg = camera.field_of_view_deg;
+        return view;
+    }
     const glm::dvec3 size = scene.domain.max - scene.domain.min;
     const glm::dvec3 centre = 0.5 * (scene.domain.min + scene.domain.max);
     const double radius = 0.5 * glm::length(size);
@@ -266,9 +211,11 @@ Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSetti
     if (settings.width < 1 || settings.height < 1 || settings.samples < 1) {
         throw Error(ErrorCode::Usage, "a view needs at least one pixel and one sample");
     }
-    const ViewRenderer renderer(scene, volume, settings);
+    const ViewShading shading(scene, volume, settings);
+    const EyeRay follow = eyeRays(scene, volume, shading, settings);
     const glm::dvec3 forward = glm::normalize(forward_line);
-    const glm::dvec3 sky = std::fabs(forward.z) > 0.999 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
+    const bool along = glm::length(glm::cross(forward, settings.up)) < 0.04;
+    const glm::dvec3 sky = along ? glm::dvec3(0, 1, 0) : settings.up;
     const glm::dvec3 right = glm::normalize(glm::cross(forward, sky)), up = glm::cross(right, forward);
     const double half_height = std::tan(glm::radians(settings.field_of_view_deg) / 2);
 
@@ -286,7 +233,7 @@ Image viewPicture(const Scene& scene, const LightVolume& volume, const ViewSetti
                 const glm::dvec3 direction =
                     glm::normalize(forward + half_height / settings.height * (dx * right + dy * up));
                 const auto seed = static_cast<std::uint32_t>((y * settings.width + x) * samples * samples + s) * 8U;
-                const Rgba ray = renderer.trace(settings.eye, direction, seed);
+                const Rgba ray = follow(settings.eye, direction, seed);
                 sum.colour += ray.colour;
                 sum.alpha += ray.alpha;
             }

@@ -19,10 +19,11 @@ enum class ViewLook {
 /// A perspective camera and what is shown besides the baked light.
 struct ViewSettings {
     glm::dvec3 eye{0}, target{0};   ///< world [m]
+    glm::dvec3 up{0, 0, 1};         ///< that the picture's upper edge lies towards
     double field_of_view_deg = 34;  ///< of the height
     int width = 960, height = 640;
     int samples = 2;                      ///< a side, per pixel
-    glm::dvec3 albedo{0.80, 0.82, 0.84};  ///< of receivers
+    glm::dvec3 albedo{0.80, 0.82, 0.84};  ///< of receivers that state none
     double tile_size = 0;                 ///< [m] of tiles drawn on receivers; 0: plain
     double ambient = 0.06;                ///< skylight on receivers, as a fraction of the reference irradiance
     /// Scattering seen by the camera [1/m]; absent: the scene's medium. Pictures only: the bake does not know it.
@@ -33,7 +34,8 @@ struct ViewSettings {
     int march_steps = 64;      ///< across the domain's diagonal
 };
 
-/// A camera that sees the whole domain from above at an angle, from the side that the light comes from.
+/// The scene's first camera; without one, one that sees the whole domain from above at an angle, from the side that the
+/// light comes from.
 ViewSettings defaultView(const Scene& scene);
 
 /// Looks at the scene's planes, water surface and lit water: linear radiance [W/m2/sr], RGBA, colour premultiplied.

@@ -9,8 +9,44 @@
 #include "bake/field/density.h"
 
 namespace photic {
+namespace {
 
-ViewScene::ViewScene(const Scene& scene) : scene_(scene) {
+// The normal that the mesh's own tell, on the side that the ray comes from.
+glm::dvec3 smoothNormal(const TriangleMesh& mesh, const RayHit& hit, const glm::dvec3& direction) {
+    const auto& t = mesh.triangles[hit.triangle];
+    if (mesh.normals.empty()) return hit.normal;
+    const double b = hit.barycentric.x, c = hit.barycentric.y;
+    glm::dvec3 normal = (1 - b - c) * mesh.normals[t[0]] + b * mesh.normals[t[1]] + c * mesh.normals[t[2]];
+    const double length = glm::length(normal);
+    if (!(length > 0)) return hit.normal;
+    normal /= glm::dot(normal, hit.normal) < 0 ? -length : length;
+    // Where a smooth normal faces away the flat one is what the eye sees.
+    return glm::dot(normal, direction) < 0 ? normal : hit.normal;
+}
+
+}  // namespace
+
+MeshView::MeshView(const Scene& scene) {
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+        if (std::holds_alternative<Plane>(scene.objects[i].shape)) continue;
+        scene_.objects.push_back(scene.objects[i]);
+        scene_.objects.back().role = Role::Receiver;  // movables are seen too
+        number_.push_back(static_cast<int>(i));
+    }
+    if (!number_.empty()) caster_.emplace(scene_);
+    offset_ = 1e-5 * glm::length(scene.domain.max - scene.domain.min);
+}
+
+ViewHit MeshView::hit(const glm::dvec3& origin, const glm::dvec3& direction, double limit) const {
+    if (!caster_) return {};
+    const RayHit hit = caster_->firstHit(origin, direction, limit);
+    if (!hit) return {};
+    const auto index = static_cast<std::size_t>(hit.target.index);
+    const TriangleMesh& mesh = *std::get<std::shared_ptr<const TriangleMesh>>(scene_.objects[index].shape);
+    return {hit.distance, number_[index], smoothNormal(mesh, hit, direction)};
+}
+
+ViewScene::ViewScene(const Scene& scene) : scene_(scene), meshes_(std::make_unique<MeshView>(scene)) {
     for (const Surface& surface : scene.surfaces) {
         if (surface.height_field && surface.event != SurfaceEvent::Reflect && !water_) water_ = &surface;
     }
@@ -65,11 +101,16 @@ ViewHit ViewScene::receiver(const glm::dvec3& origin, const glm::dvec3& directio
         if (t > 1e-9 && t < limit && t < hit.distance)
             hit = {t, static_cast<int>(i), rate < 0 ? plane->normal : -plane->normal};
     }
-    return hit;
+    const ViewHit mesh = meshes_->hit(origin, direction, std::min(limit, hit.distance));
+    return mesh ? mesh : hit;
 }
 
 double ViewScene::heightAbove(const glm::dvec3& position) const {
     return position.z - surfaceAbove(*water_->height_field, position).position.z;
+}
+
+bool ViewScene::seesSun(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& direction) const {
+    return !meshes_->hit(position + meshes_->offset() * normal, -direction, std::numeric_limits<double>::infinity());
 }
 
 bool ViewScene::inWater(const glm::dvec3& position) const { return water_ && heightAbove(position) < 0; }
@@ -108,19 +149,6 @@ double ViewScene::surfaceDistance(const glm::dvec3& origin, const glm::dvec3& di
 
 SurfaceView ViewScene::surfaceAt(const glm::dvec3& position) const {
     return {glm::normalize(surfaceAbove(*water_->height_field, position).normal), water_->ior_above, water_->ior_below};
-}
-
-glm::dvec3 ViewScene::albedo(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& base,
-                             double tile_size) const {
-    if (!(tile_size > 0)) return base;
-    const int axis = std::fabs(normal.x) > 0.7 ? 0 : std::fabs(normal.y) > 0.7 ? 1 : 2;
-    const glm::dvec2 place = glm::dvec2(position[(axis + 1) % 3], position[(axis + 2) % 3]) / tile_size;
-    const glm::dvec2 tile = glm::floor(place), within = place - tile;
-    const double joint = 0.035;
-    if (std::min({within.x, within.y, 1 - within.x, 1 - within.y}) < joint / 2) return 0.62 * base;
-    // The usual shader hash: any fixed pattern will do.
-    const double hash = std::sin(tile.x * 12.9898 + tile.y * 78.233 + axis * 37.7) * 43758.5453;
-    return base * (0.93 + 0.07 * (hash - std::floor(hash)));
 }
 
 }  // namespace photic

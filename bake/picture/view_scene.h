@@ -3,8 +3,11 @@
 
 #include <glm/vec3.hpp>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <vector>
 
+#include "bake/paths/ray_casting.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
@@ -28,7 +31,23 @@ struct SurfaceView {
     double ior_above = 1, ior_below = 1.333;
 };
 
-/// What eye rays meet: the room's planes, movable planes in it, and the scene's first height field.
+/// The objects that are meshes, receivers, movables and blockers alike, as rays meet them.
+class MeshView {
+public:
+    explicit MeshView(const Scene& scene);
+    /// The nearest before `limit`; its normal is the smooth one where the mesh has one.
+    ViewHit hit(const glm::dvec3& origin, const glm::dvec3& direction, double limit) const;
+    /// A step that leaves a face behind [m].
+    double offset() const { return offset_; }
+
+private:
+    Scene scene_;              // with these objects only
+    std::vector<int> number_;  // of each in the scene that was given
+    std::optional<RayCaster> caster_;
+    double offset_ = 0;
+};
+
+/// What eye rays meet: the room's planes, movable planes in it, meshes, and the scene's first height field.
 class ViewScene {
 public:
     explicit ViewScene(const Scene& scene);
@@ -44,14 +63,14 @@ public:
     double surfaceDistance(const glm::dvec3& origin, const glm::dvec3& direction, double limit, bool from_below) const;
     SurfaceView surfaceAt(const glm::dvec3& position) const;
 
-    /// Albedo of a receiver: plain, or tiles with darker joints and a slight variation from tile to tile.
-    glm::dvec3 albedo(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& base,
-                      double tile_size) const;
+    /// Whether no mesh stands between a point and the sun. @param direction  of its travel
+    bool seesSun(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec3& direction) const;
 
 private:
     double heightAbove(const glm::dvec3& position) const;  ///< of the position over the surface [m]
 
     const Scene& scene_;
+    std::unique_ptr<const MeshView> meshes_;
     const Surface* water_ = nullptr;
     double march_step_ = 0;
 };

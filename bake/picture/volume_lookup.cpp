@@ -38,15 +38,15 @@ void VolumeLookup::add(const glm::ivec3& voxel, double weight, std::array<double
     }
 }
 
-LightSample VolumeLookup::sampleOf(const std::array<double, 6>& sums) const {
-    LightSample sample;
+LookedUpLight VolumeLookup::sampleOf(const std::array<double, 6>& sums) const {
+    LookedUpLight sample;
     const auto colours = static_cast<std::size_t>(channels_.irradiance);
     sample.irradiance = colours == 3 ? glm::dvec3(sums[0], sums[1], sums[2]) : glm::dvec3(sums[0]);
     if (channels_.flux) sample.flux = {sums[colours], sums[colours + 1], sums[colours + 2]};
     return sample;
 }
 
-LightSample VolumeLookup::at(const glm::dvec3& position_world) const {
+LookedUpLight VolumeLookup::at(const glm::dvec3& position_world) const {
     const glm::dvec3 index = index_from_world_ * (position_world - origin_world_);
     const glm::dvec3 low = glm::floor(index);
     // Also keeps NaN and far away points from overflowing the integers.
@@ -64,14 +64,14 @@ LightSample VolumeLookup::at(const glm::dvec3& position_world) const {
     return sampleOf(sums);
 }
 
-LightSample VolumeLookup::voxel(const glm::ivec3& voxel) const {
+LookedUpLight VolumeLookup::voxel(const glm::ivec3& voxel) const {
     std::array<double, 6> sums{};
     add(voxel, 1.0, sums);
     return sampleOf(sums);
 }
 
 glm::dvec3 VolumeLookup::receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const {
-    const LightSample sample = at(position_world);
+    const LookedUpLight sample = at(position_world);
     if (!has_direction_) return sample.irradiance;
     const double mean = sample.meanIrradiance();
     if (mean <= 0) return glm::dvec3(0);

@@ -10,7 +10,7 @@
 namespace photic {
 
 /// Light at a point, interpolated: fluence rate per channel (all three equal when white) and flux [W/m2].
-struct LightSample {
+struct LookedUpLight {
     glm::dvec3 irradiance{0};
     glm::dvec3 flux{0};
     double meanIrradiance() const { return (irradiance.x + irradiance.y + irradiance.z) / 3; }
@@ -22,7 +22,7 @@ class VolumeLookup {
 public:
     explicit VolumeLookup(const LightVolume& volume);
 
-    LightSample at(const glm::dvec3& position_world) const;
+    LookedUpLight at(const glm::dvec3& position_world) const;
 
     /// What a receiver gets: E_c = irradiance_c * max(0, -normal . direction) [W/m2] per channel. A volume without
     /// `direction` gives its fluence rate.
@@ -30,13 +30,13 @@ public:
     glm::dvec3 receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const;
 
     /// One voxel, unfiltered.
-    LightSample voxel(const glm::ivec3& voxel) const;
+    LookedUpLight voxel(const glm::ivec3& voxel) const;
 
     bool coloured() const { return channels_.irradiance == 3; }
 
 private:
     void add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const;
-    LightSample sampleOf(const std::array<double, 6>& sums) const;
+    LookedUpLight sampleOf(const std::array<double, 6>& sums) const;
 
     const LightField& field_;
     FieldChannels channels_;

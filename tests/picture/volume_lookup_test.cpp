@@ -28,7 +28,7 @@ void expectLinear(const GridFrame& frame) {
         const glm::dvec3 t = glm::fract(glm::dvec3(0.8192, 0.6711, 0.5497) * static_cast<double>(i + 1));
         const glm::dvec3 p = frame.worldFromIndex(glm::dvec3(frame.min) + t * glm::dvec3(frame.size() - 1));
         const auto expected = linearAt(p);
-        const LightSample sample = lookup.at(p);
+        const LookedUpLight sample = lookup.at(p);
         EXPECT_NEAR(sample.irradiance.x, expected[0], 2e-6);
         EXPECT_NEAR(sample.flux.x, expected[1], 2e-6);
         EXPECT_NEAR(sample.flux.y, expected[2], 2e-6);
