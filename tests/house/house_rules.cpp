@@ -94,7 +94,7 @@ const Arrows& arrows() {
         {"deposit", {"tubes", "optics", "field", "simd"}},
         {"file", {"image", "field", "format"}},
         {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
-        {"picture", {"file", "scene", "image", "field", "optics"}},  // optics: eye rays refract at the water too
+        {"picture", {"file", "scene", "image", "field", "optics", "paths"}},  // eye rays meet what light does
         {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
     };
     return table;
