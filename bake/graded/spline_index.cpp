@@ -38,7 +38,7 @@ CubicWeights cubicBSpline(double t) {
 }
 
 SplineIndex::SplineIndex(const Nodes& nodes, const std::function<double(const glm::dvec3&)>& half_square, SplineFit fit)
-    : nodes_(nodes) {
+    : nodes_(nodes), fit_(fit) {
     const double count = double(nodes.count.x) * nodes.count.y * nodes.count.z;
     if (count > kMostNodes)
         throw Error(ErrorCode::Input, fmt::format("the index of refraction would take {} x {} x {} samples; the limit "
@@ -46,7 +46,9 @@ SplineIndex::SplineIndex(const Nodes& nodes, const std::function<double(const gl
                                                   nodes.count.x, nodes.count.y, nodes.count.z));
     coefficients_.resize(static_cast<std::size_t>(count));
     sample(half_square);
-    if (fit == SplineFit::Through)
+    constexpr double kJump = 0.25;
+    if (fit == SplineFit::Auto) fit_ = steepest_ > kJump ? SplineFit::Plain : SplineFit::Through;
+    if (fit_ == SplineFit::Through)
         for (int axis = 0; axis < 3; ++axis) prefilter(axis);
 }
 

@@ -11,6 +11,7 @@ namespace photic {
 
 /// How samples become the coefficients of a spline.
 enum class SplineFit {
+    Auto,     ///< through smooth samples, plain where neighbours are more than a quarter of the range apart
     Through,  ///< prefiltered: through the samples; for smooth fields, it rings at jumps
     Plain     ///< the samples themselves: blurs by 0.58 samples, never rings, and constant regions stay constant
 };
@@ -35,6 +36,8 @@ public:
     /// Of the samples.
     double least() const { return least_; }
     double largest() const { return largest_; }
+    /// What was done: not Auto.
+    SplineFit fit() const { return fit_; }
     /// Largest step between neighbouring samples, as a share of the range; 0 without a range.
     double steepest() const { return steepest_; }
     std::int64_t bytes() const { return static_cast<std::int64_t>(coefficients_.size() * sizeof(float)); }
@@ -49,6 +52,7 @@ private:
     void prefilter(int axis);
 
     Nodes nodes_;
+    SplineFit fit_;
     std::vector<float> coefficients_;
     double least_ = 0, largest_ = 0, steepest_ = 0;
 };
