@@ -19,7 +19,7 @@ constexpr double kWidestBlurOverShadows = 1.0;
 
 /// [voxels]: where the disc reaches no further, its middle stands for it.
 constexpr double kNarrowest = 0.05;
-constexpr int kFewest = 4;
+constexpr int kFewest = 5;
 
 double angularRadius(const Light& light) { return 0.5 * light.angular_diameter_deg * std::numbers::pi / 180; }
 

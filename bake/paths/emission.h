@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 
@@ -29,9 +30,16 @@ struct LightSample {
 /// points of a rectangle (the R sequence, centred).
 std::vector<LightSample> lightSamples(const Light& light, int disc_samples);
 
+/// A part of a plane across a light's rays. Its parameters are (u, v, 0): the point centre + u across + v up.
+struct LightPlane {
+    glm::dvec3 centre{0}, across{1, 0, 0}, up{0, 1, 0};  ///< [m]; unit, at right angles
+    glm::dvec2 min{0}, max{0};                           ///< of (u, v) [m]
+};
+
 /// One sample of a light as it enters through one specular surface. The domain is the surface's own: the parameter
 /// plane of a height field, the triangles of a mesh. A triangle that another hides is told by its paths
-/// (PathOutcome::Hidden) and divided along the shadow's edge, so that flat facets stay the tubes that they are.
+/// (PathOutcome::Hidden) and divided along the shadow's edge, so that flat facets stay the tubes that they are. Fine
+/// meshes are launched across the light's own rays instead (LightPlane).
 class Emission {
 public:
     /// @param surface  in Scene::surfaces; scene must outlive the emission
@@ -43,6 +51,14 @@ public:
     /// A sun, whose rays are parallel.
     bool parallel() const { return !sample_.source; }
     const LightSample& sample() const { return sample_; }
+    /// Launches across the light from here on.
+    void launchAcross(const LightPlane& plane) { plane_ = plane; }
+    const std::optional<LightPlane>& plane() const { return plane_; }
+    /// The point of the plane.
+    glm::dvec3 planePoint(const EmissionParam& param) const {
+        return plane_->centre + param.position.x * plane_->across + param.position.y * plane_->up;
+    }
+
     /// Of travel, where light meets a point.
     glm::dvec3 directionAt(const glm::dvec3& point) const;
 
@@ -66,6 +82,7 @@ private:
     const Surface& surface_;
     int index_;
     LightSample sample_;
+    std::optional<LightPlane> plane_;
 };
 
 }  // namespace photic

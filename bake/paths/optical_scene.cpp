@@ -132,7 +132,6 @@ Meeting OpticalScene::meetingOnMesh(const Surface& surface, const RayHit& hit, c
     return {point, length > 0 && glm::dot(normal, face) > 0 ? normal / length : face, face};
 }
 
-// First hit with everything, height fields included.
 RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance,
                               Meeting& meeting) const {
     RayHit hit = caster_.firstHit(origin, direction, max_distance);

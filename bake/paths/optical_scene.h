@@ -73,6 +73,9 @@ public:
     PathOutcome arrival(const glm::dvec3& point, const glm::dvec3& direction,
                         const std::optional<glm::dvec3>& source = std::nullopt) const;
 
+    /// First hit with everything, height fields included. @param meeting  where a surface is hit
+    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
+
     /// What light is in that comes from a lamp or a sun to its first surface.
     /// @param face  geometric normal of the surface, on the side of ior_above
     MediumStack startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const;
@@ -101,7 +104,6 @@ public:
 
 private:
     int mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm);
-    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
     Meeting meetingOnMesh(const Surface& surface, const RayHit& hit, const glm::dvec3& point) const;
 
     const Scene& scene_;

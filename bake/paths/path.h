@@ -48,6 +48,7 @@ enum class PathOutcome : std::uint8_t {
     Lit,      ///< light goes on along the last leg
     Blocked,  ///< an object stands between the light and the first surface; `direction` is where light would go
     Hidden,   ///< another specular surface stands before it, and has launched this light
+    Missed,   ///< launched across the light itself, it meets something else first: other emissions launch that light
     Dark      ///< the history has no light here: total reflection, or the path meets something else on its way
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 namespace photic {
 
@@ -43,25 +44,46 @@ bool PathTracer::goOn(const PathEvent& event, Path& path) const {
 Path PathTracer::follow(const EmissionParam& param, const EmittedRay& ray) const {
     Path path;
     path.param = param;
+    path.outcome = optics_.arrival(ray.position, ray.direction, emission_.sample().source);
+    followHistory(ray, path);
+    return path;
+}
+
+// From the light itself to whatever it meets first.
+Path PathTracer::traceAcross(const EmissionParam& param) const {
+    const glm::dvec3 point = emission_.planePoint(param), direction = emission_.directionAt(point);
+    const auto& source = emission_.sample().source;
+    const glm::dvec3 start = source ? *source : point - (optics_.caster().reachFrom(point) + 1) * direction;
+    Path path;
+    path.param = param, path.entry = point;
+    Meeting at;
+    const RayHit hit = optics_.firstHit(start, direction, std::numeric_limits<double>::infinity(), at);
+    path.outcome = PathOutcome::Missed;
+    if (hit.target != Target{Target::Kind::Surface, history_.front().surface}) return path;
+    path.outcome = PathOutcome::Lit;
+    followHistory({at.position, direction, at.normal, at.face}, path);
+    return path;
+}
+
+// All events of a path whose outcome at the first surface is known.
+void PathTracer::followHistory(const EmittedRay& ray, Path& path) const {
     path.entry = ray.position;
     path.facing = -glm::dot(ray.direction, ray.normal);
     path.inside = optics_.startingInside(history_.front().surface, ray.direction, ray.face);
     takeEvent(history_.front(), ray.direction, {ray.position, ray.normal, ray.face}, path);
-    path.outcome = optics_.arrival(ray.position, ray.direction, emission_.sample().source);
-    if (path.outcome != PathOutcome::Lit) return path;
+    if (path.outcome != PathOutcome::Lit) return;
     path.outcome = PathOutcome::Dark;
     for (std::size_t i = 1; i < history_.size(); ++i)
         if (path.dark() || !goOn(history_[i], path)) {
             // Not a path of this history: a shorter one has counted what becomes of it.
             path.arriving = path.fraction = path.direction = glm::dvec3(0);
-            return path;
+            return;
         }
-    if (path.dark()) return path;
+    if (path.dark()) return;
     path.outcome = PathOutcome::Lit;
     const OpticalScene::LegEnd end = optics_.legEnd(path.position, path.direction, path.inside);
     path.end = end.hit.target, path.end_triangle = end.hit.triangle;
     path.hit_distance = end.hit.distance, path.end_distance = end.deposit_end;
-    return path;
 }
 
 }  // namespace photic

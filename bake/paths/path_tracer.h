@@ -20,7 +20,7 @@ public:
 
     /// @param face  geometric normal, unit, of the mesh triangle; unused for height fields
     Path trace(const EmissionParam& param, const glm::dvec3& face) const {
-        return follow(param, emission_.at(param, face));
+        return emission_.plane() ? traceAcross(param) : follow(param, emission_.at(param, face));
     }
     /// From a point of the surface that is known already.
     Path follow(const EmissionParam& param, const EmittedRay& ray) const;
@@ -33,6 +33,8 @@ public:
 
 private:
     void takeEvent(const PathEvent& event, const glm::dvec3& direction, const Meeting& at, Path& path) const;
+    Path traceAcross(const EmissionParam& param) const;
+    void followHistory(const EmittedRay& ray, Path& path) const;
     bool goOn(const PathEvent& event, Path& path) const;
 
     const OpticalScene& optics_;

@@ -20,6 +20,8 @@ namespace photic {
 namespace {
 
 // Of the meshes' half diagonal: some thirty units in the last place of single precision at the far corner.
+// Of the meshes' size: a specular face this close before another hit lies on it.
+constexpr double kSameFace = 2e-6;
 constexpr float kSelfHitOffset = 4e-6f;
 
 struct DeviceDeleter {
@@ -226,7 +228,9 @@ struct RayCaster::Impl {
                 distance = coarse;
         }
         normal = area > 0 ? normal / area : -direction;
-        if (distance < best.distance)
+        // What stands on a plane ends there: of the two faces that lie in one, rounding must not choose.
+        const double tie = best && cast.target.kind == Target::Kind::Surface ? kSameFace * radius : 0;
+        if (distance < best.distance - tie)
             best = {std::max(distance, 0.0), cast.target, query.hit.primID, glm::dvec2(query.hit.u, query.hit.v),
                     glm::dot(normal, direction) < 0 ? normal : -normal};
     }

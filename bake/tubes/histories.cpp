@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "bake/paths/light_plane.h"
+
 namespace photic {
 namespace {
 
@@ -96,8 +98,9 @@ std::vector<HistoryLauncher::Light> HistoryLauncher::parted(const Light& light, 
     for (std::size_t i = 0; i < spectrum_.size(); ++i) {
         LightSample sample = light.emission.sample();
         sample.strength *= spectrum_[i].weight;
-        out.push_back({Emission(optics_.scene(), light.emission.surfaceIndex(), sample), static_cast<int>(i) + 1,
-                       light.emitted * channelMean(spectrum_[i].weight)});
+        Emission emission(optics_.scene(), light.emission.surfaceIndex(), sample);
+        if (light.emission.plane()) emission.launchAcross(*light.emission.plane());
+        out.push_back({std::move(emission), static_cast<int>(i) + 1, light.emitted * channelMean(spectrum_[i].weight)});
     }
     return out;
 }
@@ -112,7 +115,9 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
 }
 
 void HistoryLauncher::launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals) {
-    for (Light& light : parted({emission, 0, 0}, emission.surfaceIndex())) begin(std::move(light), domain, totals);
+    Emission launched = emission;
+    if (const auto plane = lightPlane(optics_, emission)) launched.launchAcross(*plane);
+    for (Light& light : parted({launched, 0, 0}, emission.surfaceIndex())) begin(std::move(light), domain, totals);
 }
 
 void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotals& totals) {

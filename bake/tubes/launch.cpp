@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -18,6 +19,7 @@ constexpr std::int64_t kPartsABatch = 1024;
 std::int64_t trianglesAPart(std::int64_t triangles) { return std::clamp<std::int64_t>(triangles / 256, 1, 16); }
 
 constexpr int kSphereRings = 16;
+constexpr double kPlaneCell = 2;  // [voxels] of cells of a plane across the light
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
     for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;
@@ -72,12 +74,19 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
     }
 }
 
-LaunchMesh::LaunchMesh(const Surface& surface) : surface_(surface) {
+LaunchMesh::LaunchMesh(const Emission& emission, const GridFrame& frame) : surface_(emission.surface()) {
+    if (emission.plane()) {
+        plane_ = *emission.plane();
+        const double cell = kPlaneCell * std::cbrt(frame.voxelVolume());
+        cells_ = glm::max(glm::ivec2(glm::ceil((plane_.max - plane_.min) / cell)), glm::ivec2(1));
+    }
     // A sphere is divided as its light asks for: few triangles to begin with.
+    const Surface& surface = surface_;
     if (surface.sphere) ball_ = sphereMesh(surface.sphere->center, surface.sphere->radius, kSphereRings);
 }
 
 glm::dvec3 LaunchMesh::face(int triangle) const {
+    if (cells_.x > 0) return {0, 0, 1};
     const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
     const glm::dvec3& p = mesh().positions[t[0]];
     const glm::dvec3 cross = glm::cross(mesh().positions[t[1]] - p, mesh().positions[t[2]] - p);
@@ -85,6 +94,13 @@ glm::dvec3 LaunchMesh::face(int triangle) const {
 }
 
 EmissionParam LaunchMesh::corner(int triangle, int which) const {
+    if (cells_.x > 0) {
+        constexpr int kCorner[2][3][2] = {{{0, 0}, {1, 0}, {1, 1}}, {{0, 0}, {1, 1}, {0, 1}}};
+        const int cell = triangle / 2, i = cell % cells_.x + kCorner[triangle % 2][which][0],
+                  j = cell / cells_.x + kCorner[triangle % 2][which][1];
+        const glm::dvec2 place = plane_.min + (plane_.max - plane_.min) * glm::dvec2(i, j) / glm::dvec2(cells_);
+        return {{place.x, place.y, 0}, glm::dvec3(0)};
+    }
     const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
     const auto vertex = t[static_cast<std::size_t>(which)];
     // On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own.
@@ -94,7 +110,7 @@ EmissionParam LaunchMesh::corner(int triangle, int which) const {
 }
 
 void Launch::mesh(LaunchTotals& totals) {
-    const LaunchMesh mesh(tracer_.surface());
+    const LaunchMesh mesh(tracer_.emission(), tracer_.optics().frame());
     RefineOptions refine = options_.refine;
     if (options_.spacing > 0) refine.max_edge = options_.spacing, refine.tolerance = 0;
     const std::int64_t a_part = trianglesAPart(mesh.size());
@@ -148,7 +164,7 @@ void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* root
 
 void Launch::seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals) {
     std::optional<LaunchMesh> roots;
-    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.surface());
+    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.emission(), tracer_.optics().frame());
     // Where the groups begin that are divided together.
     std::vector<std::size_t> begins;
     for (std::size_t i = 0; i < seeds.size(); ++i)

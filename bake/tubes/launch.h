@@ -32,12 +32,12 @@ struct LaunchTotals {
     std::vector<TubeSeed> seeds;  ///< what longer histories go on with
 };
 
-/// The triangles by which a mesh or a sphere is launched.
+/// The triangles by which a mesh or a sphere is launched: its own, or those of cells of the plane across the light.
 class LaunchMesh {
 public:
-    explicit LaunchMesh(const Surface& surface);
+    LaunchMesh(const Emission& emission, const GridFrame& frame);
 
-    int size() const { return static_cast<int>(mesh().triangles.size()); }
+    int size() const { return cells_.x > 0 ? 2 * cells_.x * cells_.y : static_cast<int>(mesh().triangles.size()); }
     /// Geometric normal, unit; 0 of a triangle without an area.
     glm::dvec3 face(int triangle) const;
     EmissionParam corner(int triangle, int which) const;
@@ -47,6 +47,8 @@ private:
 
     const Surface& surface_;
     TriangleMesh ball_;
+    LightPlane plane_;
+    glm::ivec2 cells_{0};
 };
 
 /// Takes tubes, a batch at a time: sets are indexed by axis * 2 + (sense > 0).

@@ -117,7 +117,7 @@ bool Obstacles::standsIn(const ConvexRegion& space, const PathEvent& event, doub
 }
 
 bool Obstacles::between(const Path& a, const Path& b, double width) const {
-    if (none() || a.outcome == PathOutcome::Dark) return false;
+    if (none() || a.outcome == PathOutcome::Dark || a.outcome == PathOutcome::Missed) return false;
     // The legs to the first surface were looked at when shorter histories were laid.
     if (tracer_.history().size() == 1) {
         const Leg to_a = legFromLight(a.entry), to_b = legFromLight(b.entry);
@@ -128,7 +128,10 @@ bool Obstacles::between(const Path& a, const Path& b, double width) const {
             return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);
         if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width)) return true;
     }
-    if (standsIn(spaceBetween(lastLeg(a, kNear), lastLeg(b, kNear)), tracer_.history().back(), width)) return true;
+    const Leg last_a = lastLeg(a, kNear), last_b = lastLeg(b, kNear);
+    // Nothing stands in a leg of a voxel, as in the wall of a glass.
+    const bool short_legs = last_a.start == last_a.end && last_b.start == last_b.end;
+    if (!short_legs && standsIn(spaceBetween(last_a, last_b), tracer_.history().back(), width)) return true;
     if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
     const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
     return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);

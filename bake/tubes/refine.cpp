@@ -11,7 +11,7 @@ namespace {
 
 // Of the unfocused light on a voxel's face: tubes that carry less are not divided. What they misplace cannot be seen,
 // and behind many events, or at a grazing entry, there would be no end of them.
-constexpr double kLeastPower = 1.0 / 256;
+constexpr double kLeastPower = 1.0 / 256, kLeastAfterMany = 1.0 / 48;
 
 // Of an edge along a body's rim, whose ends face across the light: what its chord cuts off does face the light.
 constexpr double kLeastFacing = 1.0 / 16;
@@ -22,6 +22,15 @@ constexpr double kFaintest = 1.0 / 256;
 // Tubes that stay outside of the grid are divided down to this [voxels].
 constexpr double kWideOutside = 1;
 
+// Where light is launched across its rays, empty space is searched for the surface as finely as this [voxels].
+constexpr double kWideEmpty = 1;
+
+// Tubes whose light goes on through different surfaces are divided down to this [voxels] before it does, and as finely
+// as anything else after it.
+constexpr double kWideSeam = 0.5;
+
+bool isLost(const Path& path) { return path.outcome == PathOutcome::Dark || path.outcome == PathOutcome::Missed; }
+
 double largest(const glm::dvec3& v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
 
 }  // namespace
@@ -29,7 +38,10 @@ double largest(const glm::dvec3& v) { return std::max({std::fabs(v.x), std::fabs
 bool PathComparison::canShareTube(const Path& a, const Path& b) const {
     if (a.outcome != b.outcome) return false;
     if (a.outcome != PathOutcome::Lit) return true;
-    if (a.medium != b.medium || (ends_matter_ && a.end != b.end)) return false;
+    return a.medium == b.medium && (!ends_matter_ || a.end == b.end) && sameWay(a, b);
+}
+
+bool PathComparison::sameWay(const Path& a, const Path& b) const {
     const glm::dvec3 da = frame_.indexDirection(a.direction), db = frame_.indexDirection(b.direction);
     const int axis = mainAxis(da + db);
     // Directions more than some 100 degrees apart have no plane that both cross.
@@ -37,18 +49,24 @@ bool PathComparison::canShareTube(const Path& a, const Path& b) const {
            std::fabs(db[axis]) > 0.2 * largest(db);
 }
 
+bool PathComparison::differByTheNextSurface(const Path& a, const Path& b, const Path& m) const {
+    for (const Path* path : {&a, &b, &m})
+        if (path->outcome != PathOutcome::Lit || path->end.kind != Target::Kind::Surface || path->medium != a.medium)
+            return false;
+    return sameWay(a, b) && sameWay(a, m);
+}
+
 double PathComparison::width(const Path& a, const Path& b) const {
     // A path that is lost on its way stands anywhere.
-    const bool lost = a.outcome == PathOutcome::Dark || b.outcome == PathOutcome::Dark;
-    return lost ? entryWidth(a, b) : largest(frame_.indexDirection(a.position - b.position));
+    return isLost(a) || isLost(b) ? entryWidth(a, b) : largest(frame_.indexDirection(a.position - b.position));
 }
 
 bool PathComparison::missesGrid(const Path& a, const Path& b) const {
-    if (a.outcome == PathOutcome::Dark && b.outcome == PathOutcome::Dark) return false;
+    if (isLost(a) && isLost(b)) return false;
     const double margin = 1 + width(a, b);
     bool below[3] = {true, true, true}, above[3] = {true, true, true};
     for (const Path* path : {&a, &b}) {
-        if (path->outcome == PathOutcome::Dark) continue;  // lays nothing
+        if (isLost(*path)) continue;  // lays nothing
         const glm::dvec3 p = frame_.indexFromWorld(path->position), d = frame_.indexDirection(path->direction);
         const double length = std::min(path->hit_distance, std::max(0.0, frame_.exitDistance(p, d)));
         const glm::dvec3 q = p + d * length;
@@ -68,10 +86,13 @@ double PathComparison::share(const Path& a, const Path& b) const {
 
 double PathComparison::carries(const Path& a, const Path& b) const {
     const double width = entryWidth(a, b);
-    return width * width * std::max({std::fabs(a.facing), std::fabs(b.facing), kLeastFacing}) * share(a, b);
+    const double across = emission_.plane() ? 1 : std::max({std::fabs(a.facing), std::fabs(b.facing), kLeastFacing});
+    return width * width * across * share(a, b);
 }
 
 double PathComparison::entryWidth(const Path& a, const Path& b) const {
+    if (emission_.plane())
+        return largest(frame_.indexDirection(emission_.planePoint(a.param) - emission_.planePoint(b.param)));
     return largest(frame_.indexDirection(a.entry - b.entry));
 }
 
@@ -117,13 +138,19 @@ std::size_t Refiner::ParamHash::operator()(const EmissionParam& p) const {
     return static_cast<std::size_t>(hash);
 }
 
+double Refiner::leastPower() const {
+    return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share;
+}
+
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m) const {
     const double width = compare_.width(a, b);
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
-    if (width <= options_.silhouette || compare_.carries(a, b) < kLeastPower * options_.full_share) return false;
+    if (width <= options_.silhouette || compare_.carries(a, b) < leastPower()) return false;
     // Where nothing is laid, light is followed only as well as it must be to come back.
     if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
-    if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m)) return true;
+    if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
+        return width > kWideSeam || !compare_.differByTheNextSurface(a, b, m);
+    if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;
     if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.endsApart(a, b))) return true;
@@ -167,7 +194,9 @@ int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& 
     // What no edge shows: three legs that pairwise share an axis and all together do not.
     const bool lit = a.outcome == PathOutcome::Lit && b.outcome == PathOutcome::Lit && c.outcome == PathOutcome::Lit;
     const double widest = std::max({compare_.width(a, b), compare_.width(b, c), compare_.width(c, a)});
-    if (!lit || widest <= options_.silhouette || builder_.axisServes(a, b, c)) return builder_.add(a, b, c, face);
+    const double carries = std::max({compare_.carries(a, b), compare_.carries(b, c), compare_.carries(c, a)});
+    if (!lit || widest <= options_.silhouette || carries < leastPower() || builder_.axisServes(a, b, c))
+        return builder_.add(a, b, c, face);
     const Edge all[3] = {{ab.middle, true}, {bc.middle, true}, {ca.middle, true}};
     const Edge* halved[3] = {&all[0], &all[1], &all[2]};
     return divide(corners, halved, face, depth + 1);
@@ -195,7 +224,7 @@ bool Refiner::joinable(const Path* const* corners, std::size_t first, int met) c
         corner_meets = corner_meets ||
                        (a.outcome == PathOutcome::Lit && a.end.kind == Target::Kind::Surface && a.end.index == surface);
     }
-    if (!corner_meets || carries >= kLeastPower * options_.full_share) return false;
+    if (!corner_meets || carries >= leastPower()) return false;
     return std::all_of(seeds.begin() + static_cast<std::ptrdiff_t>(first), seeds.end(),
                        [surface](const TubeSeed& seed) { return seed.surface == surface; });
 }

@@ -28,10 +28,14 @@ class PathComparison {
 public:
     /// @param tracer  must outlive the object
     explicit PathComparison(const PathTracer& tracer)
-        : frame_(tracer.optics().frame()), ends_matter_(!tracer.optics().caster().planesOnly()) {}
+        : frame_(tracer.optics().frame()),
+          emission_(tracer.emission()),
+          ends_matter_(!tracer.optics().caster().planesOnly()) {}
 
     /// Whether two paths can share a tube as they are: same outcome, same end, same main axis.
     bool canShareTube(const Path& a, const Path& b) const;
+    /// Whether all that keeps three paths from sharing a tube are the specular surfaces that they go on to.
+    bool differByTheNextSurface(const Path& a, const Path& b, const Path& m) const;
     /// Second difference [voxels] of the landing points of three paths evenly spaced on the surface, where the middle
     /// one ends; 0 where they have no common landing.
     double bend(const Path& a, const Path& middle, const Path& b) const;
@@ -51,9 +55,11 @@ public:
     double carries(const Path& a, const Path& b) const;
 
 private:
+    bool sameWay(const Path& a, const Path& b) const;
     glm::dvec3 landing(const Path& path) const;
 
     const GridFrame& frame_;
+    const Emission& emission_;
     bool ends_matter_;
 };
 
@@ -89,6 +95,7 @@ private:
     int divided(const Path* const* corners, const Edge* const* edges, const glm::dvec3& face, int depth);
     bool joinable(const Path* const* corners, std::size_t first, int met) const;
     const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
+    double leastPower() const;
     bool mustSplit(const Path& a, const Path& b, const Path& m) const;
 
     const PathTracer& tracer_;

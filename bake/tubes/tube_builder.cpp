@@ -71,7 +71,7 @@ CornerRay TubeBuilder::cornerRay(const Path& path, int axis, double end_distance
 // Counts one corner's share of a tube. `unlaid` is the term that light belongs to that is not laid; null: it is laid.
 // Returns what arrives at a surface that hands it on.
 double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid) {
-    if (path.outcome == PathOutcome::Hidden) return 0;
+    if (path.outcome == PathOutcome::Hidden || path.outcome == PathOutcome::Missed) return 0;
     if (launch_.counts_emission) power_.emitted += channelMean(emitted);
     if (path.outcome == PathOutcome::Blocked) {
         if (launch_.counts_emission) power_.absorbed_surface += channelMean(emitted);
@@ -150,7 +150,7 @@ void TubeBuilder::closeBlock(int s) {
 // shadow to look for: a triangle there faces the light or does not, and the corners that do stand for all of it.
 double TubeBuilder::shareOfCorner(const Corners& corners) const {
     const Surface& surface = emission_->surface();
-    if (!surface.closed && !surface.sphere) return 1.0 / 3;
+    if (emission_->plane() || (!surface.closed && !surface.sphere)) return 1.0 / 3;
     int away = 0, lit = 0, from_inside = 0;
     for (const Path* path : corners) {
         away += path->outcome == PathOutcome::Hidden && path->facing < 0;
@@ -167,28 +167,38 @@ double TubeBuilder::shareOfCorner(const Corners& corners) const {
 
 int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) {
     const Corners corners = {&a, &b, &c};
+    // At an outline, or where a history begins and ends, what is lit of a tube is laid where its lit corners are.
+    Corners laid = corners;
+    for (const Path*& path : laid)
+        if (path->direction == glm::dvec3(0))
+            for (const Path* other : corners)
+                if (other->outcome == PathOutcome::Lit) path = other;
     const glm::dvec3 third = emission_->power(a.entry, b.entry, c.entry) * shareOfCorner(corners);
     glm::dvec3 power(0);
     bool lit = false, directed = true;
+    for (const Path* path : laid) directed = directed && path->direction != glm::dvec3(0);
     for (const Path* path : corners) {
-        directed = directed && path->direction != glm::dvec3(0);
         if (path->outcome != PathOutcome::Lit) continue;
         power += third * path->arriving * path->fraction, lit = true;
     }
-    const int axis = lit && directed ? chooseAxis(a, b, c, kLastSlope) : -1;
+    const int axis = lit && directed ? chooseAxis(*laid[0], *laid[1], *laid[2], kLastSlope) : -1;
     // At the floor of refinement, and still no tube: a corner without a ray, or rays that part by 90 degrees.
-    const bool no_tube = lit && axis < 0, culled = axis >= 0 && missesBox(corners);
+    const bool no_tube = lit && axis < 0, culled = axis >= 0 && missesBox(laid);
     double PowerLedger::*const unlaid = no_tube ? &PowerLedger::dropped : culled ? &PowerLedger::culled : nullptr;
-    TubeSeed seed{{a.param, b.param, c.param}, face, -1, 0, root_};
+    const std::size_t first_seed = seeds_.size();
     bool whole = true;
     for (const Path* path : corners) {
         const double handed_on = countCorner(*path, third, unlaid);
-        whole = whole && handed_on > 0 && (seed.surface < 0 || seed.surface == path->end.index);
-        if (handed_on > 0) seed.surface = path->end.index, seed.power += handed_on;
+        whole = whole && handed_on > 0;
+        if (handed_on <= 0) continue;
+        std::size_t s = first_seed;
+        while (s < seeds_.size() && seeds_[s].surface != path->end.index) ++s;
+        if (s == seeds_.size()) seeds_.push_back({{a.param, b.param, c.param}, face, path->end.index, 0, root_});
+        seeds_[s].power += handed_on;
     }
-    if (seed.power > 0) seeds_.push_back(seed);
-    if (axis >= 0 && !culled) layTube(corners, axis, power);
-    return whole ? seed.surface : -1;
+    whole = whole && seeds_.size() == first_seed + 1;
+    if (axis >= 0 && !culled) layTube(laid, axis, power);
+    return whole ? seeds_[first_seed].surface : -1;
 }
 
 void TubeBuilder::joinSeeds(std::size_t first, const Path& a, const Path& b, const Path& c) {

@@ -155,6 +155,19 @@ TEST(Glass, ANarrowDiscNeedsFewDirections) {
     EXPECT_LT(apart / total, 0.01);
 }
 
+// A fine mesh is launched across the light, whatever its triangles; a sphere by its own.
+TEST(Glass, AFineMeshOfABallIsTheBall) {
+    GlassScene exact(32, {0.3, 0.2, -1}), fine(32, {0.3, 0.2, -1});
+    exact.addSphere({0.1, -0.05, 0.3}, 0.4, SurfaceEvent::Both);
+    fine.add(support::sphereMesh(96, {0.1, -0.05, 0.3}, 0.4), SurfaceEvent::Both);
+    const BakeResult ball = exact.bake(beamsMethod()), mesh = fine.bake(beamsMethod());
+    EXPECT_NEAR(mesh.report.power.emitted / ball.report.power.emitted, 1, 5e-3);
+    EXPECT_LT(mesh.report.power.imbalance(), 1e-9);
+    EXPECT_LT(mesh.report.power.dropped / mesh.report.power.emitted, 5e-3);
+    // Six voxels in radius: each is off by some 2 to 3 % at the default tolerance.
+    EXPECT_LT(relativeL1(mesh.field, ball.field), 0.045);
+}
+
 TEST(Glass, ABallFocusesLikePhotons) {
     GlassScene glass(32);
     glass.addSphere({0.1, -0.05, 0.3}, 0.4, SurfaceEvent::Both);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "bake/report/error.h"
+#include "bake/scene/mesh_file.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -182,6 +183,22 @@ TEST(RayCasting, ObjectsAndSpecularMeshesAreToldApart) {
     const RayCaster caster(scene);
     EXPECT_EQ(caster.firstHit({0, 0.01, 5}, {0, 0, -1}).target, (Target{Target::Kind::Surface, 1}));
     EXPECT_EQ(caster.firstHit({2, 0.01, 5}, {0, 0, -1}).target, (Target{Target::Kind::Object, 0}));
+}
+
+// A glass on a table: its foot's lower face and the table's are one, and rounding must not choose between them.
+TEST(RayCasting, WhatStandsOnAPlaneEndsThere) {
+    Scene scene = sceneOf({planeAt({0, 0, 0}, {0, 0, 1})});
+    Surface foot;
+    foot.mesh = std::make_shared<const TriangleMesh>(boxMesh({-1, -1, 0}, {1, 1, 0.5}));
+    scene.surfaces = {foot};
+    const RayCaster caster(scene);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> uniform(-0.9, 0.9);
+    for (int i = 0; i < 2000; ++i) {
+        const glm::dvec3 from(uniform(random), uniform(random), 0.4), to(uniform(random), uniform(random), 0);
+        ASSERT_EQ(caster.firstHit(from, glm::normalize(to - from)).target.kind, Target::Kind::Object) << i;
+    }
+    EXPECT_EQ(caster.firstHit({0, 0, 1}, {0, 0, -1}).target.kind, Target::Kind::Surface) << "its top is its own";
 }
 
 TEST(RayCasting, AHitKnowsItsTriangle) {
