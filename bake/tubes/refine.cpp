@@ -29,6 +29,12 @@ constexpr double kWideEmpty = 1;
 // as anything else after it.
 constexpr double kWideSeam = 0.5;
 
+// Without an area there is nothing to divide, and no end to it.
+bool isSliver(const EmissionParam& a, const EmissionParam& b, const EmissionParam& c) {
+    const glm::dvec3 p = b.position - a.position, q = c.position - a.position;
+    return !(glm::length(glm::cross(p, q)) > 1e-9 * std::max(glm::dot(p, p), glm::dot(q, q)));
+}
+
 bool isLost(const Path& path) { return path.outcome == PathOutcome::Dark || path.outcome == PathOutcome::Missed; }
 
 double largest(const glm::dvec3& v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
@@ -185,7 +191,7 @@ const Refiner::Edge& Refiner::edgeBetween(const Path& a, const Path& b, const gl
 }
 
 int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth) {
-    if (depth >= options_.max_depth) return builder_.add(a, b, c, face);
+    if (depth >= options_.max_depth || isSliver(a.param, b.param, c.param)) return builder_.add(a, b, c, face);
     // References into an unordered_map stay valid while it grows.
     const Edge &ab = edgeBetween(a, b, face), &bc = edgeBetween(b, c, face), &ca = edgeBetween(c, a, face);
     const Path* corners[3] = {&a, &b, &c};

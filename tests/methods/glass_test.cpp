@@ -5,9 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/field/scene_grid.h"
 #include "bake/methods/beams.h"
 #include "bake/methods/photons.h"
 #include "bake/paths/emission.h"
+#include "bake/scene/load_toml.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/tube_scenes.h"
 
@@ -166,6 +168,24 @@ TEST(Glass, AFineMeshOfABallIsTheBall) {
     EXPECT_LT(mesh.report.power.dropped / mesh.report.power.emitted, 5e-3);
     // Six voxels in radius: each is off by some 2 to 3 % at the default tolerance.
     EXPECT_LT(relativeL1(mesh.field, ball.field), 0.045);
+}
+
+// Two bodies that overlap, walls thinner than a voxel, a foot on the table: refinement has gone on here without end.
+TEST(Glass, AGlassOfWineComesToAnEnd) {
+    Monitor monitor;
+    Scene scene = loadScene(PHOTIC_SOURCE_DIR "/examples/glass/wine_glass.toml", 0, monitor);
+    scene.domain.voxel_size = 0.007;
+    const GridFrame frame = sceneFrame(scene);
+    for (const double turn : {0.0, 0.01, 0.3}) {
+        scene.lights[0].direction = glm::normalize(glm::dvec3(1, 0.12 + turn, -0.72));
+        const BakeResult r =
+            beamsMethod().bake(scene, std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame)),
+                               option("disc", "off"), monitor);
+        EXPECT_LT(r.report.corner_rays, 1'500'000) << turn;
+        EXPECT_LT(r.report.tubes, 500'000) << turn;
+        EXPECT_LT(r.report.power.imbalance(), 1e-9) << turn;
+        EXPECT_LT(r.report.power.dropped / r.report.power.emitted, 0.1) << turn;
+    }
 }
 
 TEST(Glass, ABallFocusesLikePhotons) {
