@@ -187,17 +187,17 @@ private:
         V mean = amount[0];
         if (kIrradiance == 3) mean = (amount[0] + amount[1] + amount[2]) * (1.0f / 3.0f);
         // The tile that holds the centroid (moved into the rectangle) owns the tube's layer.
-        const float u0 = static_cast<float>(tile_.u0), v0 = static_cast<float>(tile_.v0);
-        const V low_u = static_cast<float>(tile_.rect_min_u) - u0 - shift_u_,
-                high_u = static_cast<float>(tile_.rect_max_u) - u0 - shift_u_;
-        const V low_v = static_cast<float>(tile_.rect_min_v) - v0 - shift_v_,
-                high_v = static_cast<float>(tile_.rect_max_v) - v0 - shift_v_;
+        // Origins are subtracted as integers: far from the world's origin single precision does not hold them.
+        const V low_u = static_cast<float>(tile_.rect_min_u - tile_.u0) - shift_u_,
+                high_u = static_cast<float>(tile_.rect_max_u - tile_.u0) - shift_u_;
+        const V low_v = static_cast<float>(tile_.rect_min_v - tile_.v0) - shift_v_,
+                high_v = static_cast<float>(tile_.rect_max_v - tile_.v0) - shift_v_;
         const V cu = clampTo<V>((x0 + x1 + x2) * (1.0f / 3.0f), low_u, high_u - 1.0e-3f);
         const V cv = clampTo<V>((y0 + y1 + y2) * (1.0f / 3.0f), low_v, high_v - 1.0e-3f);
-        const V tile_low_u = static_cast<float>(tile_.tile_min_u) - u0 - shift_u_,
-                tile_high_u = static_cast<float>(tile_.tile_max_u) - u0 - shift_u_;
-        const V tile_low_v = static_cast<float>(tile_.tile_min_v) - v0 - shift_v_,
-                tile_high_v = static_cast<float>(tile_.tile_max_v) - v0 - shift_v_;
+        const V tile_low_u = static_cast<float>(tile_.tile_min_u - tile_.u0) - shift_u_,
+                tile_high_u = static_cast<float>(tile_.tile_max_u - tile_.u0) - shift_u_;
+        const V tile_low_v = static_cast<float>(tile_.tile_min_v - tile_.v0) - shift_v_,
+                tile_high_v = static_cast<float>(tile_.tile_max_v - tile_.v0) - shift_v_;
         const V counted =
             least<V>(most<V>(static_cast<float>(tile_.active_lanes) - iota<V>(), splat<V>(0.0f)), splat<V>(1.0f));
         const V least_x = least(least(x0, x1), x2), most_x = most(most(x0, x1), x2);

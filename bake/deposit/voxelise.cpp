@@ -29,14 +29,15 @@ GaussRule gaussRule(int count) {
              {0.93056815579702629, 0.17392742256872693}}};
 }
 
-// Where a block's tubes lie in a slab: columns and rows, upper ends exclusive in the sense of floats.
+// Where a block's tubes lie in a slab: columns and rows from the frame's first, which single precision holds however
+// far from the origin the frame is; upper ends exclusive in the sense of floats.
 struct Bounds {
     float min_u = 1, max_u = -1, min_v = 1, max_v = -1;
     bool empty() const { return min_u > max_u; }
 };
 
 // Tubes are straight, so the hull of both faces of the slab bounds them between.
-Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab) {
+Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab, const glm::ivec2& first_column) {
     const double low = slab.first - 0.5, high = slab.first + slab.active - 0.5;
     const double entry = set.sense > 0 ? low : high, exit = set.sense > 0 ? high : low;
     double first_start = 1e300, last_end = -1e300;
@@ -46,8 +47,8 @@ Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab
         first_start = std::min(first_start, set.sense * c.w);
         last_end = std::max(last_end, static_cast<double>(set.sense) * c.w_end);
         for (const double w : {low, high}) {
-            const float u = static_cast<float>(c.u + c.du_dw * (w - c.w)),
-                        v = static_cast<float>(c.v + c.dv_dw * (w - c.w));
+            const float u = static_cast<float>(c.u - first_column.x + c.du_dw * (w - c.w)),
+                        v = static_cast<float>(c.v - first_column.y + c.dv_dw * (w - c.w));
             b.min_u = std::min(b.min_u, u), b.max_u = std::max(b.max_u, u);
             b.min_v = std::min(b.min_v, v), b.max_v = std::max(b.max_v, v);
         }
@@ -100,10 +101,13 @@ private:
             const auto g = static_cast<std::size_t>(i);
             for (const Slab& slab : groups[g].slabs) {
                 auto& row = bounds_[g].emplace_back(set_.blocks.size());
-                for (std::size_t b = 0; b < set_.blocks.size(); ++b) row[b] = boundsInSlab(set_, set_.blocks[b], slab);
+                for (std::size_t b = 0; b < set_.blocks.size(); ++b)
+                    row[b] = boundsInSlab(set_, set_.blocks[b], slab, firstColumn());
             }
         });
     }
+
+    glm::ivec2 firstColumn() const { return {field_.frame().min[axes_[0]], field_.frame().min[axes_[1]]}; }
 
     TileSums layOut(const SlabGroup& group, const SlabGroup::Tile& tile, const Slab& slab) const {
         TileSums sums;
@@ -142,7 +146,8 @@ private:
         thread_local std::vector<std::uint32_t> blocks;
         blocks.clear();
         // In the rectangle's outermost tiles, tubes that reach the frame only from outside are owned here too.
-        const float low_u = static_cast<float>(tile.u) - 0.5f, low_v = static_cast<float>(tile.v) - 0.5f;
+        const float low_u = static_cast<float>(tile.u - firstColumn().x) - 0.5f,
+                    low_v = static_cast<float>(tile.v - firstColumn().y) - 0.5f;
         const float high_u = low_u + TileSums::kColumns, high_v = low_v + TileSums::kColumns;
         for (std::uint32_t b = 0; b < bounds.size(); ++b) {
             const Bounds& at = bounds[b];

@@ -219,6 +219,31 @@ INSTANTIATE_TEST_SUITE_P(Sets, VoxeliseKernels, ::testing::ValuesIn([] {
                          }()),
                          [](const auto& set) { return name(set.param); });
 
+// At the coordinates of a map, ten million voxels from the origin, where single precision no longer holds a column.
+TEST_P(VoxeliseKernels, KeepTheLightAndItsLedgerFarFromTheOrigin) {
+    const glm::ivec3 away(10'000'003, 92'995'521, -7);
+    const TubeSet near = foldedSheet(2, -1, 0.9, {-60, -60}, {140, 140}, 18.1);
+    TubeSet far = near;
+    for (CornerRay& ray : far.corners) ray.u += away.x, ray.v += away.y, ray.w += away.z;
+    VoxeliseOptions options;
+    options.instruction_set = GetParam();
+    DepositTotals near_totals, far_totals;
+    const LightField a = voxelised(near, box({-10, -10, -40}, {90, 70, 20}), options, near_totals);
+    const LightField b =
+        voxelised(far, box(glm::ivec3(-10, -10, -40) + away, glm::ivec3(90, 70, 20) + away), options, far_totals);
+    EXPECT_NEAR(far_totals.expected / near_totals.expected, 1, 1e-6);
+    EXPECT_NEAR(far_totals.expected / b.sum(0), 1, 1e-5);
+    double worst = 0, brightest = 0;
+    for (int x = -10; x <= 90; ++x)
+        for (int y = -10; y <= 70; ++y)
+            for (int z = -40; z <= 20; ++z) {
+                const float here = a.value({x, y, z}, 0), there = b.value(glm::ivec3(x, y, z) + away, 0);
+                worst = std::max(worst, static_cast<double>(std::fabs(here - there)));
+                brightest = std::max(brightest, static_cast<double>(here));
+            }
+    EXPECT_LT(worst, 1e-4 * brightest);
+}
+
 TEST(Voxelise, LightTravellingUpIsTheMirrorImageOfLightTravellingDown) {
     VoxeliseOptions options;
     DepositTotals totals;
