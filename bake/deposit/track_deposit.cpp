@@ -206,7 +206,8 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
                     if constexpr (Medium) {
                         const double depth = track.extinction[c] * length, mean = meanTransmittance(depth);
                         factor[c] *= transmittance[c] * mean;
-                        transmittance[c] *= 1.0 - depth * mean;
+                        // Past some 30 optical depths the difference is rounding, which may be negative.
+                        transmittance[c] *= depth < 30 ? 1.0 - depth * mean : std::exp(-depth);
                     }
                 }
                 if (full || (slot >= 0 && NeededVoxels::maskBit(mask, offset))) {

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "runtime/format/light_volume_format.h"
 
@@ -26,11 +27,11 @@ inline float cutToRange(float v, std::int64_t& clamped) {
 }
 
 /// Mean directions of `count` voxels from flux and irradiance, as stored: length at most 1 after rounding too.
-/// 0 where there is no light.
+/// 0 where there is no light, or so little (below 1.2e-38) that its reciprocal is not finite.
 inline void encodeDirections(const float* irradiance, const float* fx, const float* fy, const float* fz, int count,
                              bool half, float* dx, float* dy, float* dz) {
     for (int i = 0; i < count; ++i) {
-        const float scale = irradiance[i] > 0 ? 1 / irradiance[i] : 0.0f;
+        const float scale = irradiance[i] >= std::numeric_limits<float>::min() ? 1 / irradiance[i] : 0.0f;
         const float x = fx[i] * scale, y = fy[i] * scale, z = fz[i] * scale;
         // One-directional light has length 1, which rounding can exceed: those components round towards zero instead.
         const float length2 = x * x + y * y + z * z, shorten = length2 > 1 ? 0.9999998f / std::sqrt(length2) : 1.0f;

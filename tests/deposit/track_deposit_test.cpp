@@ -92,6 +92,23 @@ TEST(TrackDeposit, AgreesWithClippingEveryVoxel) {
     agreesWithVoxelClipping<float>({1, false}, {0, 0, 0}, 1e-6);
 }
 
+// Hundreds of optical depths to a voxel: what is left is 0 or hardly more, never rounding, which may be negative.
+TEST(TrackDeposit, OpaqueMediaLeaveNothingNegative) {
+    agreesWithVoxelClipping<double>({1, true}, glm::dvec3(450), 1e-14);
+    const GridFrame frame = shearedFrame();
+    const NeededVoxels needed = NeededVoxels::everything(frame);
+    TrackAccumulator<float> field(needed, {1, true});
+    std::mt19937_64 random(5);
+    for (int k = 0; k < 2000; ++k) {
+        Track t = randomTrack(random, frame);
+        t.extinction = glm::dvec3(std::pow(10.0, 2 + k % 5));
+        field.deposit(t);
+    }
+    for (int slot = 0; slot < needed.leafCount(); ++slot)
+        for (int i = 0; field.sums(slot) && i < LightField::kLeafVoxels; ++i)
+            ASSERT_GE(field.sums(slot)[4 * i], 0) << slot << ' ' << i;
+}
+
 TEST(TrackDeposit, TracksAlongAnAxisStayInTheirColumn) {
     GridFrame frame;
     frame.min = {0, 0, 0}, frame.max = {9, 9, 19};

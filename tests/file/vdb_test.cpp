@@ -291,5 +291,16 @@ TEST(VoxelEncoding, HalfPrecisionIsThatOfHalfFloats) {
     EXPECT_EQ(halfPrecisionBelow(1.9999f), 2.0f - 1.0f / 1024);
 }
 
+TEST(VoxelEncoding, LightTooFaintToDivideByHasNoDirection) {
+    const float irradiance[4] = {1e-40f, 1e-38f, 2e-38f, 0.0f}, f[4] = {-1e-40f, -1e-38f, -2e-38f, 0.0f}, none[4] = {};
+    float dx[4], dy[4], dz[4];
+    encodeDirections(irradiance, none, none, f, 4, false, dx, dy, dz);
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(dx[i], 0);
+    EXPECT_EQ(dz[0], 0);
+    EXPECT_EQ(dz[1], 0);
+    EXPECT_EQ(dz[2], -1);
+    EXPECT_EQ(dz[3], 0);
+}
+
 }  // namespace
 }  // namespace photic
