@@ -2,6 +2,7 @@
 #include "bake/scene/plausibility.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -225,6 +226,101 @@ void totallyReflected(const Scene& scene, Warnings& out) {
     }
 }
 
+/// Height of a field above a point of the world's plane: the parameter is sought whose displaced position lies there.
+double heightAbove(const HeightField& field, glm::dvec2 place) {
+    glm::dvec2 uv = place;
+    SurfacePoint point = field.at(uv);
+    for (int i = 0; i < 4 && field.maxDisplacement() > 0; ++i) {
+        uv -= glm::dvec2(point.position) - place;
+        point = field.at(uv);
+    }
+    return point.position.z;
+}
+
+/// Whether the surface itself lies between a place on it and the sun.
+bool behindACrest(const HeightField& field, const glm::dvec3& place, const glm::dvec3& light) {
+    const double rise = -light.z, longest = (field.maxZ() - place.z) / rise;
+    const double along = glm::length(glm::dvec2(light));
+    const double wanted = 4 * longest * along / field.featureSize();
+    const int steps = static_cast<int>(std::clamp(wanted, 16.0, 256.0));
+    for (int i = 1; i < steps; ++i) {
+        const glm::dvec3 p = place - light * (longest * i / steps);
+        if (p.z < heightAbove(field, glm::dvec2(p))) return true;
+    }
+    return false;
+}
+
+/// Waves so steep under so low a sun that a crest stands between it and the water behind: the light that goes on behind
+/// the crest is baked as if the crest were not there.
+void crestsThatShade(const Scene& scene, Warnings& out) {
+    for (const Surface& surface : scene.surfaces) {
+        if (!surface.height_field || !std::isfinite(surface.height_field->featureSize())) continue;
+        const std::vector<SurfaceSample> samples = samplesOf(surface, scene.domain, 1024);
+        for (const Light& light : scene.lights) {
+            if (light.position || light.direction.z >= 0) continue;
+            // A smooth surface stands in its own light only where a part of it turns away from it.
+            if (std::none_of(samples.begin(), samples.end(), [&](const SurfaceSample& sample) {
+                    return -glm::dot(light.direction, sample.normal) < 0.02;
+                }))
+                continue;
+            double shaded = 0, all = 0;
+            for (const SurfaceSample& sample : samples) {
+                const double lit = -glm::dot(light.direction, sample.normal) * sample.area;
+                if (lit <= 0) continue;
+                all += lit;
+                if (behindACrest(*surface.height_field, sample.position, light.direction)) shaded += lit;
+            }
+            if (shaded > 1e-3 * all)
+                out.push_back(
+                    fmt::format("{:.2g} % of the light of '{}' on '{}' ({:.3g} W in the domain) falls behind a crest: "
+                                "waves of a height field do not shade each other, so that light is baked as if it "
+                                "arrived; raise the light, lower the waves, or give the water as a mesh",
+                                100 * shaded / all, light.name, surface.name, power(light) * shaded));
+        }
+    }
+}
+
+/// Planes without an end that stand between the sun and the water, as walls of a pool do that were meant to end above.
+void endlessWalls(const Scene& scene, const Surface& surface, const Light& light, Warnings& out) {
+    std::vector<const Object*> walls;
+    for (const Object& object : scene.objects)
+        if (std::holds_alternative<Plane>(object.shape) && object.role != Role::Movable) walls.push_back(&object);
+    if (walls.empty()) return;
+    const std::vector<SurfaceSample> samples = samplesOf(surface, scene.domain, 1024);
+    std::vector<double> left;  // the light of each sample that no wall has been found to block
+    double all = 0;
+    for (const SurfaceSample& sample : samples) {
+        left.push_back(std::max(0.0, -glm::dot(light.direction, sample.normal)) * sample.area);
+        all += left.back();
+    }
+    // The wall that takes most of what is left first, so that a wall in another's shadow is not named.
+    std::vector<std::string> names;
+    double blocked = 0;
+    const auto hides = [&](const Object& object, std::size_t i) {
+        const Plane& plane = std::get<Plane>(object.shape);
+        const double height = glm::dot(plane.normal, samples[i].position - plane.point);
+        return height * glm::dot(plane.normal, light.direction) > 0;
+    };
+    while (true) {
+        const Object* worst = nullptr;
+        double most = 0.01 * all;
+        for (const Object* object : walls) {
+            double taken = 0;
+            for (std::size_t i = 0; i < samples.size(); ++i) taken += hides(*object, i) ? left[i] : 0;
+            if (taken > most) most = taken, worst = object;
+        }
+        if (!worst) break;
+        names.push_back(fmt::format("'{}'", worst->name)), blocked += most;
+        for (std::size_t i = 0; i < samples.size(); ++i)
+            if (hides(*worst, i)) left[i] = 0;
+    }
+    if (blocked > 0.05 * all)
+        out.push_back(fmt::format(
+            "{:.3g} % of the light of '{}' on '{}' ({:.4g} W in the domain) is blocked on its way by {}: planes have "
+            "no end and reach above the water; use walls that end ('box', or a mesh), or role = \"movable\"",
+            100 * blocked / all, light.name, surface.name, power(light) * blocked, fmt::join(names, ", ")));
+}
+
 }  // namespace
 
 std::vector<std::string> sceneWarnings(const Scene& scene) {
@@ -235,6 +331,10 @@ std::vector<std::string> sceneWarnings(const Scene& scene) {
     emptyDomain(scene, out);
     finerThanVoxels(scene, out);
     totallyReflected(scene, out);
+    crestsThatShade(scene, out);
+    for (const Surface& surface : scene.surfaces)
+        for (const Light& light : scene.lights)
+            if (!surface.closed && !light.position) endlessWalls(scene, surface, light, out);
     return out;
 }
 

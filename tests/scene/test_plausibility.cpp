@@ -127,5 +127,42 @@ TEST_F(Plausibility, LightThatIsReflectedTotally) {
     quiet(load(text));
 }
 
+// A sine whose slope is 1.7 times the light's own: over whole waves, what falls on faces that look at the light exceeds
+// what the beam holds by 1.1378, and that part, 12.1 %, lies in shadow.
+TEST_F(Plausibility, WavesThatShadeEachOther) {
+    SceneText text;
+    text.domain = "[domain]\nmin = [-1.4, -1, -2]\nmax = [1.4, 1, 0.5]\nvoxel_size = 0.05\n";
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [3.382, 0, -1]\n";
+    text.surface =
+        "[[surface]]\nname = \"water\"\nsize = [6, 6]\nwaves = [{ amplitude = 0.056, wavelength = 0.7, "
+        "direction = 0 }]\n";
+    warned(load(text), {"12 % of the light of 'low' on 'water'", "falls behind a crest", "as a mesh"});
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [1.9, 0, -1]\n";
+    quiet(load(text));
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [0, 3.382, -1]\n";  // along the crests
+    quiet(load(text));
+}
+
+TEST_F(Plausibility, WallsWithoutAnEnd) {
+    SceneText text;
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [1, 0, -1]\n";
+    const auto wall = [](const std::string& name, const std::string& rest) {
+        return "[[object]]\nname = \"" + name + "\"\nplane = " + rest + "\n";
+    };
+    const std::string floor = wall("floor", "{ point = [0, 0, -1.5] }"),
+                      east = wall("east", "{ point = [0.5, 0, 0], normal = [-1, 0, 0] }"),
+                      west = wall("west", "{ point = [-0.5, 0, 0], normal = [1, 0, 0] }"),
+                      south = wall("south", "{ point = [0, -0.5, 0], normal = [0, 1, 0] }"),
+                      movable = "role = \"movable\"\n";
+    // Behind the western wall, as the sun sees it, lie three quarters of the 4 m2, which take 2828 W.
+    text.rest = floor + east + west;
+    warned(load(text), {"75.1 % of the light of 'low' on 'water' (2124 W", "by 'west'", "walls that end"});
+    text.rest = floor + east + movable + west + movable;
+    quiet(load(text));
+    text.rest = floor + east + west + south;
+    text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [1, 1, -1]\n";
+    warned(load(text), {"'west'", "'south'"});
+}
+
 }  // namespace
 }  // namespace photic
