@@ -68,11 +68,12 @@ public:
         launch_.refine.silhouette = options.silhouette;
         voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
         voxelise_.quadrature = scene.bake.quadrature;
-        // A millionth of full light is far below what a half float of that light can hold.
-        voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
     }
 
     void addLight(const Light& light, LightField& field) {
+        // A millionth of the light's own is far below what a half float of it can hold, and above its sums' rounding.
+        const double own = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
+        voxelise_.noise_floor = 1e-6 * (own > 0 ? own : scene_.referenceIrradiance());
         const BeamsDisc disc = discFor(light);
         if (disc != BeamsDisc::Blur) {
             std::vector<LightSample> samples = lightSamples(light, disc == BeamsDisc::Sample ? samplesOf(light) : 1);
