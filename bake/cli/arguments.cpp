@@ -100,7 +100,9 @@ void addBake(CLI::App& app, BakeArguments& a, std::string& frames, std::string& 
         ->check(CLI::IsMember({"everywhere", "receivers", "media"}));
     app.add_option("--paths", a.paths, "caustic (at least one specular event) or all")
         ->check(CLI::IsMember({"caustic", "all"}));
-    app.add_option("--quadrature", a.quadrature, "Points across a layer: 1, 2 or 4")->check(CLI::IsMember({1, 2, 4}));
+    app.add_option("--quadrature", a.quadrature,
+                   "Points across a layer: 1, 2 or 4; by the slant of the light if not given")
+        ->check(CLI::IsMember({1, 2, 4}));
     app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]");
     app.add_flag_function(
         "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },

@@ -179,7 +179,7 @@ double methodSeconds(const Scene& scene, const Method& method, double needed_vox
                     cells = static_cast<double>(*integer);
         return 0.1 + needed_voxels * cells * cells * cells * 1.1e-6;
     }
-    return 0.15 + needed_voxels * channels * (6e-9 + 7e-9 * scene.bake.quadrature);
+    return 0.15 + needed_voxels * channels * (6e-9 + 7e-9 * std::max(1, scene.bake.quadrature));
 }
 
 // The program itself, its libraries and threads [bytes].

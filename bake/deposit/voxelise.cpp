@@ -64,7 +64,7 @@ public:
           field_(field),
           options_(options),
           axes_(axesFor(set.axis)),
-          rule_(gaussRule(options.quadrature)),
+          rule_(gaussRule(options.quadrature ? options.quadrature : pointsAcrossLayer(set))),
           scale_(static_cast<float>(1.0 / field.frame().voxelVolume())) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
@@ -155,7 +155,7 @@ private:
                 blocks.push_back(b);
         }
         if (blocks.empty()) return;
-        if (options_.quadrature == 1 && fillConstant(sums, tile, slab, blocks, totals)) return;
+        if (options_.quadrature <= 1 && fillConstant(sums, tile, slab, blocks, totals)) return;
 
         // One element more than the last cell's neighbour, so that every edge may write to the cell after its last.
         const std::size_t floats =
@@ -315,6 +315,11 @@ private:
 };
 
 }  // namespace
+
+int pointsAcrossLayer(const TubeSet& tubes) {
+    const double slope = std::hypot(tubes.meanSlopeU(), tubes.meanSlopeV());
+    return slope <= 0.65 ? 1 : slope <= 1 ? 2 : 4;
+}
 
 void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
               Monitor& monitor) {

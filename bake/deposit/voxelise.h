@@ -19,7 +19,7 @@ enum class DepositKernel {
 struct VoxeliseOptions {
     DepositKernel kernel = DepositKernel::Edges;
     InstructionSet instruction_set = bestInstructionSet();
-    int quadrature = 1;      ///< Gauss points across a layer: 1, 2 or 4
+    int quadrature = 0;      ///< Gauss points across a layer: 1, 2 or 4; 0: pointsAcrossLayer
     double noise_floor = 0;  ///< [W/m2] irradiance below this is rounding of the sums and becomes 0
 };
 
@@ -29,6 +29,11 @@ struct DepositTotals {
     std::int64_t degenerate = 0;  ///< tube layers that were clipped one by one
     std::int64_t constant_leaves = 0;
 };
+
+/// Points at which a layer of these tubes is evaluated: one where their mean slope moves them by at most 0.65 voxels
+/// from a layer to the next, two up to 1, four beyond. A layer's middle stands for the whole layer badly where light
+/// crosses it slantwise: under a sun at 75 degrees one point is off by 5 % in the volume, four by 0.5 %.
+int pointsAcrossLayer(const TubeSet& tubes);
 
 /// Adds the light of `tubes` to `field`, exactly in power: in each layer of voxels the tubes are cut by the layer's
 /// middle plane (or Gauss points), the triangle between the three corner rays is intersected with the voxels, and each

@@ -76,7 +76,7 @@ BakeSettings loadBake(const ConfigValue& value) {
     bake.where = static_cast<Where>(table.choice("where", kWhereNames).value_or(0));
     bake.band = static_cast<int>(table.integer("band", 0, 1024).value_or(bake.band));
     bake.paths = static_cast<Paths>(table.choice("paths", kPathsNames).value_or(0));
-    bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 4).value_or(bake.quadrature));
+    bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 4).value_or(0));
     if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
     bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);

@@ -197,6 +197,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
                         indices.size()),
             indices[1]->where);
+    scene.bake.quadrature = 0;  // as loadBake: by the slant of the light
     if (const ConfigValue* bake = table.find("bake")) scene.bake = loadBake(*bake);
     if (scene.medium.present()) scene.bake.grids.density = true;
 

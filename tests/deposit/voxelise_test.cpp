@@ -336,6 +336,20 @@ TEST(Voxelise, AttenuatesByBeerAndLambertAveragedOverTheLayer) {
     EXPECT_EQ(field.value({7, 7, 21}, 0), 0);
 }
 
+TEST(Voxelise, SlantingLightIsEvaluatedAtMorePoints) {
+    TubeSet set;
+    EXPECT_EQ(pointsAcrossLayer(set), 1);
+    set.slope_power = 2;
+    const auto points = [&](double du, double dv) {
+        set.slope_u_power = 2 * du, set.slope_v_power = 2 * dv;
+        return pointsAcrossLayer(set);
+    };
+    EXPECT_EQ(points(0.4, -0.5), 1);
+    EXPECT_EQ(points(0.5, 0.5), 2);
+    EXPECT_EQ(points(-0.8, 0.6), 2);
+    EXPECT_EQ(points(-0.8, 0.7), 4);
+}
+
 TEST(Voxelise, MoreGaussPointsConvergeToTheSameSum) {
     const auto needed = box({0, 0, -30}, {40, 40, 15});
     const TubeSet set = foldedSheet(2, -1, 0.5, {-60, -60}, {90, 90}, 12.0);

@@ -146,7 +146,7 @@ TEST_F(SceneTest, DefaultsAreThoseOfTheDocument) {
     EXPECT_TRUE(scene.bake.grids.irradiance && scene.bake.grids.direction);
     EXPECT_FALSE(scene.bake.grids.density);
     EXPECT_EQ(scene.bake.method, "auto");
-    EXPECT_EQ(scene.bake.quadrature, 1);
+    EXPECT_EQ(scene.bake.quadrature, 0) << "chosen by the slant of the light";
     EXPECT_EQ(scene.bake.tolerance, 0.25);
 }
 

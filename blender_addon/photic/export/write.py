@@ -71,9 +71,9 @@ def _bake_tables(settings, scene, text, methods):
     grids = ["irradiance", "direction"] + [grid for grid in ("caustic", "arrival_time") if getattr(settings, f"grid_{grid}")]
     if scene.medium.present():
         grids.append("density")
+    points = {} if settings.quadrature == "AUTO" else {"quadrature": int(settings.quadrature)}
     text.add("[bake]", {"method": settings.method, "grids": grids, "where": settings.where.lower(), "band": settings.band,
-                        "quadrature": int(settings.quadrature), "tolerance": settings.tolerance,
-                        "prefilter": settings.prefilter})
+                        **points, "tolerance": settings.tolerance, "prefilter": settings.prefilter})
     for method in methods:
         chosen = getattr(settings, f"options_{method.name}", None)
         if chosen is None:
