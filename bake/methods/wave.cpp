@@ -17,12 +17,11 @@
 #include "bake/methods/sun_disc.h"
 #include "bake/methods/wave_domain.h"
 #include "bake/methods/wave_index.h"
+#include "bake/methods/wave_refusal.h"
 #include "bake/numerics/wave_calibration.h"
 #include "bake/optics/snell.h"
-#include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
-#include "bake/scene/not_built.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -119,8 +118,14 @@ public:
         const WavePulse pulse =
             WavePulse::ofWavelength(run.wavelength * slowest, amplitude() ? PulseShape::Bump : PulseShape::Slope);
         const double dt = options_.courant * WaveStepper::largestStep(cells.grid.spacing, order());
+        // The light under flat water, along which the scheme's waves are made to run as fast as light.
+        const Interface flat = interfaceAt(light_.direction, {0, 0, 1}, surface_.ior_above, surface_.ior_below);
+        const double speed = paper_ ? 1
+                                    : tunedSpeed(pulse.frequency(), dt, cells.grid.spacing, order(), flat.refracted,
+                                                 (1 - 1e-9) / options_.courant);
         if (scene_.index)
-            index_.emplace(*scene_.index, cells, pulse, dt, order(), surface_.ior_above * light_.direction);
+            index_.emplace(*scene_.index, cells, WaveScheme{pulse, dt, order(), speed},
+                           surface_.ior_above * light_.direction);
         if (paper_)
             releaseAtRest(cells, release);
         else
@@ -130,8 +135,11 @@ public:
         for (int b = 0; b < cells.grid.count(); ++b) wanted[static_cast<std::size_t>(b)] = slotOf(cells, b) >= 0;
         WaveSettings settings;
         settings.order = order();
-        settings.courant = options_.courant;
-        settings.damping = extinction / 2;  // energy falls twice as fast as phi
+        settings.courant = options_.courant, settings.speed = speed;
+        // Energy falls twice as fast as phi, and by the time that it takes.
+        const double travel =
+            paper_ ? 1 : schemeGroupVelocity(pulse.frequency(), dt, cells.grid.spacing, order(), flat.refracted, speed);
+        settings.damping = travel * extinction / 2;
         settings.absorber = options_.absorber, settings.sponge_cells = options_.sponge_cells;
         const bool flux = field.channels().flux;
         settings.sum = flux ? WaveSum::EnergyAndFlux : amplitude() ? WaveSum::Nothing : WaveSum::Energy;
@@ -150,9 +158,9 @@ public:
                             [&](int block, const float* sums) { fold(cells, release, block, sums, channels, field); });
         run.dt = stepper.dt();
         // Sums are taken over those of a plane wave along the light under flat water.
-        const Interface flat = interfaceAt(light_.direction, {0, 0, 1}, surface_.ior_above, surface_.ior_below);
-        const WavePlaneSums plane = planeSums(pulse, run.dt, cells.grid.spacing, settings.order, flat.refracted);
-        scale_energy_ = 1 / plane.energy, scale_flux_ = 1 / plane.flux;
+        scale_energy_ =
+            1 / planeSums(pulse, run.dt, cells.grid.spacing, settings.order, flat.refracted, 1 / speed).energy;
+        flux_scale_.emplace(pulse, run.dt, cells.grid.spacing, settings.order, flat.refracted, speed);
         // The paper's start is a slab of one cell at rest: half of it runs down, and phi sums up to half a cell's time.
         scale_field_ = 1 / (paper_ ? 0.5 * cells.grid.spacing.z : pulse.integral());
         const double begin = stepper.time();
@@ -230,8 +238,7 @@ private:
             double energy = sums[i] * scale_energy_;
             if (index_) energy *= index_->carriedAt(cells.world(glm::dvec3(cell)));
             glm::dvec3 f(0);
-            if (flux)
-                f = scale_flux_ * glm::dvec3(sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]);
+            if (flux) f = (*flux_scale_)({sums[kWaveCells + i], sums[2 * kWaveCells + i], sums[3 * kWaveCells + i]});
             if (amplitude_sum) {
                 const double value =
                     options_.gain * std::pow(std::max(0.0, double(amplitude_sum[i]) * scale_field_), options_.exponent);
@@ -341,7 +348,8 @@ private:
     Monitor& monitor_;
     std::optional<WaveIndex> index_;
     bool paper_ = false;
-    double scale_energy_ = 1, scale_flux_ = 1, scale_field_ = 1;
+    double scale_energy_ = 1, scale_field_ = 1;
+    std::optional<WaveFluxScale> flux_scale_;
 };
 
 void addField(LightField& to, const LightField& from) {
@@ -352,41 +360,6 @@ void addField(LightField& to, const LightField& from) {
         const float* in = from.dense(slot);
         for (int k = 0; k < to.channels().count() * LightField::kLeafVoxels; ++k) out[k] += in[k];
     });
-}
-
-std::string waveRefusal(const Scene& scene) {
-    if (std::string why = notBuiltYet(scene); !why.empty()) return why;
-    if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
-    if (scene.bake.grids.arrival_time) return "waves have no grid 'arrival_time'; leave it out of bake.grids";
-    Scene constant = scene;
-    constant.index = nullptr;
-    if (std::string refusal = specularRefusal(constant); !refusal.empty()) return refusal;
-    for (const Light& light : scene.lights)
-        if (light.type != LightType::Sun || light.position)
-            return fmt::format("the light '{}' is no sun, and waves start from suns; use beams", light.name);
-    if (scene.surfaces.size() > 1)
-        return "waves run from one surface; bake the others as scenes of their own, or use beams";
-    const Surface& surface = scene.surfaces.front();
-    if (!surface.height_field) return "the surface is a mesh, and waves start from height fields; use beams";
-    if (surface.event != SurfaceEvent::Refract)
-        return "waves are not built for reflections; use event = \"refract\", or beams";
-    if (scene.index && scene.index->least() < surface.ior_above)
-        return fmt::format("the [[index]] goes down to {:.4g} under ior_above {}, where light can be reflected totally",
-                           scene.index->least(), surface.ior_above);
-    if (scene.domain.shear_mode != ShearMode::None)
-        return "the grid leans, and waves step on upright ones; use shear = \"none\"";
-    for (const Object& object : scene.objects) {
-        if (!object.blocks()) continue;
-        const Plane* plane = std::get_if<Plane>(&object.shape);
-        const bool upright = plane && std::max({std::fabs(plane->normal.x), std::fabs(plane->normal.y),
-                                                std::fabs(plane->normal.z)}) > 1 - 1e-9;
-        if (!upright)
-            return fmt::format(
-                "object '{}' blocks light and is no plane along the grid, and waves cast no shadows; give it role = "
-                "\"movable\" (light then goes on behind it), or use beams",
-                object.name);
-    }
-    return {};
 }
 
 /// Irradiance over what flat water would let through, or the paper's sum as it is.

@@ -8,7 +8,7 @@
 
 namespace photic {
 
-WaveIndex::WaveIndex(const IndexVolume& volume, const WaveCells& cells, const WavePulse& pulse, double dt, int order,
+WaveIndex::WaveIndex(const IndexVolume& volume, const WaveCells& cells, const WaveScheme& scheme,
                      const glm::dvec3& horizontal)
     : volume_(volume), cells_(cells) {
     constexpr int kSteps = 8;  // what they carry is smooth in n
@@ -17,7 +17,9 @@ WaveIndex::WaveIndex(const IndexVolume& volume, const WaveCells& cells, const Wa
         const double slowness = 1 + (most - 1) * k / kSteps, n = slowness * volume.least();
         const glm::dvec2 across = glm::dvec2(horizontal) / n;
         const glm::dvec3 direction(across, -std::sqrt(std::max(0.0, 1 - glm::dot(across, across))));
-        carried_.push_back(planeSums(pulse, dt, cells.grid.spacing, order, direction, slowness).flux);
+        carried_.push_back(
+            planeSums(scheme.pulse, scheme.dt, cells.grid.spacing, scheme.order, direction, slowness / scheme.speed)
+                .flux);
     }
     for (std::size_t k = carried_.size(); k-- > 0;) carried_[k] /= carried_[0];
 }

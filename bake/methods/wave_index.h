@@ -8,6 +8,14 @@
 
 namespace photic {
 
+/// What the stepper sends, and how.
+struct WaveScheme {
+    WavePulse pulse;
+    double dt = 0;
+    int order = 4;     ///< of the differences
+    double speed = 1;  ///< where n is least
+};
+
 /// An index n(x) as waves see it: (n / n0)^2 phi_tt = lap phi in times measured as lengths where n is least, n0.
 ///
 /// Flux is -phi_t grad phi, and a single arrival's irradiance n / n0 phi_t^2. The scheme conserves flux with its own
@@ -15,9 +23,8 @@ namespace photic {
 /// carries for its phi_t^2 is known at every n from planeSums().
 class WaveIndex {
 public:
-    /// @param dt          of the stepper
     /// @param horizontal  x and y: index times direction of the light across flat water, which no layer changes
-    WaveIndex(const IndexVolume& volume, const WaveCells& cells, const WavePulse& pulse, double dt, int order,
+    WaveIndex(const IndexVolume& volume, const WaveCells& cells, const WaveScheme& scheme,
               const glm::dvec3& horizontal);
 
     double at(const glm::dvec3& world) const { return volume_.at(world); }

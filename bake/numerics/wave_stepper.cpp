@@ -63,13 +63,13 @@ WaveStepper::WaveStepper(WaveGrid grid, const WaveSettings& settings, WaveSource
     if (settings_.speed2 && settings_.absorber == WaveAbsorber::Sponge)
         throw Error(ErrorCode::Input,
                     "the sponge is built for one speed; use absorber = \"pml\" where the index varies");
-    const double largest = largestStep(grid_.spacing, settings_.order);
-    if (!(settings_.courant > 0 && settings_.courant <= 1))
+    const double largest = largestStep(grid_.spacing, settings_.order), factor = settings_.courant * settings_.speed;
+    if (!(settings_.courant > 0 && settings_.speed > 0 && settings_.courant <= 1 && factor <= 1))
         throw Error(
             ErrorCode::Input,
             fmt::format("a time step of {:.6g} is {:.3g} times the largest stable one, {:.6g} (Courant, Friedrichs and "
                         "Lewy); use a factor in (0, 1]",
-                        settings_.courant * largest, settings_.courant, largest));
+                        settings_.courant * largest, factor, largest / settings_.speed));
     dt_ = settings_.courant * largest;
     counts_.blocks = 0;
     for (int b = 0; b < grid_.count(); ++b) counts_.blocks += grid_.has(b);
@@ -184,7 +184,7 @@ void WaveStepper::prepareKinds() {
 
 void WaveStepper::prepareWeights() {
     weights_.d = differences(grid_.spacing, settings_.order);
-    weights_.scale = static_cast<float>(dt_ * dt_);
+    weights_.scale = static_cast<float>(dt_ * dt_ * settings_.speed * settings_.speed);
     weights_.keep = static_cast<float>(1 / (1 + settings_.damping * dt_));
     weights_.lose = static_cast<float>((1 - settings_.damping * dt_) / (1 + settings_.damping * dt_));
     weights_.per_two_steps = static_cast<float>(1 / (2 * dt_));
@@ -365,7 +365,7 @@ double WaveStepper::energy() const {
                              static_cast<double>(d.second_1[at(a)]) * (now(a, i, 1) + now(a, i, -1)) +
                              static_cast<double>(d.second_2[at(a)]) * (now(a, i, 2) + now(a, i, -2));
             const double rate = (static_cast<double>(b.now[i]) - b.other[i]) / dt_;
-            const double c2 = active.speed2 ? active.speed2[i] : 1.0;
+            const double c2 = settings_.speed * settings_.speed * (active.speed2 ? active.speed2[i] : 1.0);
             total += 0.5 * rate * rate / c2 - 0.5 * b.other[i] * laplacian;
         }
     }
