@@ -9,9 +9,12 @@ namespace photic::cli {
 /// What --progress asks for, found before anything is parsed: errors of the command line obey it too.
 ProgressMode progressMode(int argc, const char* const* argv);
 
-/// Turns the command line into one verb's arguments; answers --help and --version on stdout itself.
-/// Sets the number of threads of the process.
+/// Whether --quiet is given, found before anything is parsed.
+Loudness loudness(int argc, const char* const* argv);
+
+/// Turns the command line into a verb with its arguments; --help and --version are verbs here too.
+/// Sets the number of threads of the process and its limit of memory.
 /// @throws Error{Usage}
-Verb parseArguments(int argc, const char* const* argv);
+VerbRun parseArguments(int argc, const char* const* argv);
 
 }  // namespace photic::cli

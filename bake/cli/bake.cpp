@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <map>
-#include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
+#include "bake/baker/bake_cost.h"
+#include "bake/baker/bake_scene.h"
+#include "bake/baker/post_steps.h"
+#include "bake/baker/version.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/json.h"
-#include "bake/cli/post_steps.h"
+#include "bake/cli/stop.h"
 #include "bake/cli/verbs.h"
-#include "bake/cli/version.h"
-#include "bake/field/density.h"
-#include "bake/field/prefilter.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
 #include "bake/file/output_set.h"
@@ -24,6 +25,7 @@
 #include "bake/methods/catalogue.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
+#include "bake/scene/plausibility.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic::cli {
@@ -32,57 +34,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Seconds since its start, or since the last call.
-class Stopwatch {
-public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-double iorOfMedium(const Scene& scene) {
-    for (const Surface& surface : scene.surfaces) {
-        if (surface.event != SurfaceEvent::Reflect) return surface.ior_below;
-    }
-    return 1.0;
+double secondsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A number, or the three of its channels where they differ.
-std::string perChannel(const glm::dvec3& v) {
-    return v.x == v.y && v.y == v.z ? fmt::format("{}", v.x) : fmt::format("[{},{},{}]", v.x, v.y, v.z);
+BakeChoices choicesOf(const BakeArguments& arguments) { return {arguments.post, arguments.file, memoryAllowed(), {}}; }
+
+/// The scene of a frame, with the settings of the command line.
+Scene sceneOf(const BakeArguments& arguments, int frame, Terminal& terminal) {
+    Scene scene = loadScene(arguments.scene, frame, terminal);
+    applySettings(arguments, scene);
+    return scene;
 }
 
-/// After how much [m] along x and y the light repeats, or 0: the water does, nothing that blocks breaks it, and a whole
-/// period is in the box.
-glm::dvec2 periodOfLight(const Scene& scene) {
-    if (scene.surfaces.empty()) return glm::dvec2(0);
-    const glm::dvec2 period = scene.surfaces.front().size;
-    for (const Surface& surface : scene.surfaces) {
-        if (!surface.height_field || surface.outside != Outside::Periodic || surface.size != period)
-            return glm::dvec2(0);
-    }
-    for (const Object& object : scene.objects) {
-        const Plane* plane = std::get_if<Plane>(&object.shape);
-        if (object.blocks() && (!plane || plane->normal.x != 0 || plane->normal.y != 0)) return glm::dvec2(0);
-    }
-    const glm::dvec2 size(scene.domain.max - scene.domain.min);
-    const double half_voxel = 0.5 * scene.domain.voxel_size;
-    return size.x + half_voxel >= period.x && size.y + half_voxel >= period.y ? period : glm::dvec2(0);
-}
-
-/// What a run-time reader needs of the scene: its medium, and how the light repeats.
-void addSceneMetadata(const Scene& scene, std::map<std::string, std::string>& metadata) {
-    if (scene.medium.present()) {
-        metadata["scattering"] = perChannel(scene.medium.scattering);
-        metadata["absorption"] = perChannel(scene.medium.absorption);
-        metadata["anisotropy"] = fmt::format("{}", scene.medium.anisotropy);
-    }
-    if (const glm::dvec2 period = periodOfLight(scene); period != glm::dvec2(0))
-        metadata["period"] = fmt::format("[{},{},0]", period.x, period.y);
+std::string standardErrorPath(const BakeArguments& arguments, int frame) {
+    BakeArguments named = arguments;
+    named.output = arguments.standard_error_file;
+    return outputPath(named, frame);
 }
 
 /// True when `path` is a volume that was baked from these very inputs.
@@ -98,61 +66,8 @@ bool upToDate(const std::string& path, const std::string& hash) {
     }
 }
 
-/// A volume as it is written, from a result whose field is moved out.
-LightVolume makeVolume(const Scene& scene, const Method& method, const Json& settings, const std::string& hash,
-                       BakeResult& result) {
-    const GridSet& grids = scene.bake.grids;
-    LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {}, {}};
-    if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
-    if (grids.arrival_time && result.arrival_time)
-        volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
-    if (grids.density) volume.scalars.emplace("density", mediumDensity(scene, volume.field.neededPtr()));
-    volume.metadata = {{"version", "1"},
-                       {"program", std::string("photic ") + kVersion},
-                       {"method", method.name},
-                       {"options", dump(settings)},
-                       {"paths", scene.bake.paths == Paths::All ? "all" : "caustic"},
-                       {"quadrature", fmt::format("{}", scene.bake.quadrature)},
-                       {"prefilter", scene.bake.prefilter ? "true" : "false"},
-                       {"reference_irradiance", fmt::format("{}", volume.reference_irradiance)},
-                       {"ior", fmt::format("{}", iorOfMedium(scene))},
-                       {"up_axis", "Z"},
-                       {"frame", fmt::format("{}", scene.frame)},
-                       {"ledger", dump(ledgerJson(result.report))},
-                       {"scene_hash", hash}};
-    addSceneMetadata(scene, volume.metadata);
-    for (const auto& [name, text] : result.metadata) {
-        if (text.empty()) {
-            volume.metadata.erase(name);
-        } else {
-            volume.metadata[name] = text;
-        }
-    }
-    return volume;
-}
-
-std::string standardErrorPath(const BakeArguments& arguments, int frame) {
-    BakeArguments named = arguments;
-    named.output = arguments.standard_error_file;
-    return outputPath(named, frame);
-}
-
-void writeStandardError(OutputSet& outputs, const std::string& path, BakeResult& result, const Method& method,
-                        const BakeArguments& arguments) {
-    if (!result.standard_error) {
-        throw Error(ErrorCode::Usage,
-                    fmt::format("method '{}' knows no standard error; use --method photons", method.name),
-                    "--standard-error");
-    }
-    LightVolume volume{std::move(*result.standard_error), result.report.reference_irradiance, true, false, {}, {}};
-    volume.metadata = {
-        {"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
-    if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
-    writeVdb(outputs, path, volume, arguments.file);
-}
-
 /// The report as people read it.
-void summarise(Terminal& terminal, const std::string& output, const Method& method, const GridFrame& frame,
+void summarise(Terminal& terminal, const std::string& output, const std::string& method, const GridFrame& frame,
                const BakeReport& report, std::int64_t file_bytes) {
     const glm::ivec3 size = frame.size();
     terminal.say(fmt::format("{}: {:.4g} of {:.4g} needed voxels lit ({} x {} x {}, {:.4g} mm), {:.1f} MB", output,
@@ -165,7 +80,7 @@ void summarise(Terminal& terminal, const std::string& output, const Method& meth
         stages += fmt::format("{} {:.2f}, ", stage, seconds);
         total += seconds;
     }
-    terminal.say(fmt::format("  {}{}{}, {} thread{}: {}together {:.2f} s", method.name,
+    terminal.say(fmt::format("  {}{}{}, {} thread{}: {}together {:.2f} s", method,
                              report.instruction_set.empty() ? "" : ", ", report.instruction_set, report.threads,
                              report.threads == 1 ? "" : "s", stages, total));
     terminal.say(fmt::format("  power ledger off by {:.1e}, path ledger by {:.1e}", report.power.imbalance(),
@@ -173,99 +88,61 @@ void summarise(Terminal& terminal, const std::string& output, const Method& meth
     if (!report.skipped.empty()) terminal.say(fmt::format("  skipped: {}", fmt::join(report.skipped, "; ")));
 }
 
-/// One frame from file to file. Returns its report document.
-Json bakeFrame(const BakeArguments& arguments, int frame_number, OutputSet& outputs, Terminal& terminal) {
-    const std::string output = outputPath(arguments, frame_number);
-    Stopwatch watch;
+/// One frame from file to file. Fills its report document as far as it comes. Returns the hash of the frame's scene.
+std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& terminal, Json& document) {
+    const int frame_number = document["frame"].get<int>();
+    const std::string output = document["output"].get<std::string>();
+    BakeChoices choices = choicesOf(arguments);
+    auto start = std::chrono::steady_clock::now();
     terminal.progress("scene", 0);
     const FilesRead files;
-    Scene scene = loadScene(arguments.scene, frame_number, terminal);
+    const Scene scene = sceneOf(arguments, frame_number, terminal);
     outputs.reads("a file of the scene", files.paths());
-    applySettings(arguments, scene);
     const Method& method = chooseMethod(scene.bake.method, scene);
-    for (const auto& [name, wanted] :
-         {std::pair{"caustic", scene.bake.grids.caustic}, std::pair{"arrival_time", scene.bake.grids.arrival_time}}) {
-        if (wanted && std::find(method.grids.begin(), method.grids.end(), name) == method.grids.end()) {
-            throw Error(ErrorCode::Input,
-                        fmt::format("method '{}' makes no grid '{}'; it makes {} and density", method.name, name,
-                                    fmt::join(method.grids, ", ")),
-                        scene.file);
-        }
-    }
-    Json settings = settingsJson(scene, method, arguments.file);
-    if (!arguments.post.empty()) settings["post"] = arguments.post;
-    const std::string hash = inputHash(scene, settings);
-    Json document{{"schema", "photic-report-1"}, {"program", std::string("photic ") + kVersion},
-                  {"scene", arguments.scene},    {"scene_hash", hash},
-                  {"frame", frame_number},       {"output", output},
-                  {"up_to_date", false},         {"settings", settings}};
     const bool wants_error = !arguments.standard_error_file.empty();
-    const bool whole = !wants_error || fs::exists(standardErrorPath(arguments, frame_number));
-    if (arguments.frames && !arguments.force && whole && upToDate(output, hash)) {
+    if (wants_error && method.standard_error == StandardError::Unknown) {
+        throw Error(ErrorCode::Usage,
+                    fmt::format("method '{}' knows no standard error; photic methods says which does", method.name),
+                    "--standard-error");
+    }
+    const std::string hash = inputHash(scene, method, choices);
+    document["scene_hash"] = hash;
+    document["settings"] = Json::parse(settingsText(scene, method, choices));
+    const bool kept = arguments.frames && !arguments.force && upToDate(output, hash) &&
+                      (!wants_error || fs::exists(standardErrorPath(arguments, frame_number)));
+    if (kept) {
         terminal.say(output + ": unchanged, kept");
         document["up_to_date"] = true;
-        return document;
+        return scene.hash;
     }
     terminal.checkCancelled();
-    const double scene_seconds = watch.lap();
+    const double scene_seconds = secondsSince(start);
 
-    // The box alone may be more than the machine can hold: find out before a table of it is made.
-    const GridFrame frame = sceneFrame(scene);
-    if (scene.bake.where == Where::Everywhere)
-        checkMemory(estimateBake(scene, method, frame, nullptr, arguments.file), arguments.max_memory_bytes);
-    if (const auto names = receiversAtTheEdge(scene, frame); !names.empty()) {
-        terminal.warn(
-            fmt::format("{} lie{} at the edge of the domain: look-ups there find up to half of the light; extend "
-                        "[domain] by two voxels behind",
-                        fmt::join(names, ", "), names.size() == 1 ? "s" : ""));
-    }
-    terminal.progress("needed", 0);
-    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, terminal));
-    checkMemory(estimateBake(scene, method, frame, needed.get(), arguments.file), arguments.max_memory_bytes);
-    const double needed_seconds = watch.lap();
+    const std::vector<std::string> scene_warnings = terminal.takeWarnings();
+    choices.expect = [&terminal](const std::vector<Stage>& stages) { terminal.expect(stages); };
+    BakedScene baked = bakeScene(scene, terminal, choices);
+    BakeReport& report = baked.report;
+    report.seconds.insert(report.seconds.begin(), {"scene", scene_seconds});
+    report.warnings.insert(report.warnings.begin(), scene_warnings.begin(), scene_warnings.end());
+    terminal.takeWarnings();
 
-    const auto given = scene.bake.method_options.find(method.name);
-    BakeResult result =
-        method.bake(scene, needed, given == scene.bake.method_options.end() ? GivenOptions{} : given->second, terminal);
-    terminal.checkCancelled();
-    watch.lap();
-    BakeReport& report = result.report;
-    report.reference_irradiance = scene.referenceIrradiance();
-    report.needed_voxels = needed->count();
-    report.threads = threadCount();
-    report.seconds.insert(report.seconds.begin(), {{"scene", scene_seconds}, {"needed", needed_seconds}});
-    if (scene.bake.prefilter) {
-        prefilterForTrilinear(result.field);
-        report.seconds.emplace_back("prefilter", watch.lap());
-    }
-    report.field_bytes = std::max(report.field_bytes, result.field.bytes());
-
-    if (wants_error) writeStandardError(outputs, standardErrorPath(arguments, frame_number), result, method, arguments);
-    LightVolume volume = makeVolume(scene, method, settings, hash, result);
-    applyPostSteps(arguments.post, volume);
-    terminal.checkCancelled();
+    start = std::chrono::steady_clock::now();
     terminal.progress("write", 0);
+    if (wants_error)
+        writeVdb(outputs, standardErrorPath(arguments, frame_number), *baked.standard_error, arguments.file);
     // The volume last: whoever finds it finds its standard error too.
-    report.active_voxels = writeVdb(outputs, output, volume, arguments.file);
+    report.active_voxels = writeVdb(outputs, output, baked.volume, arguments.file);
     const std::int64_t file_bytes = outputs.pendingBytes(output);
     outputs.commit();
-    report.seconds.emplace_back("write", watch.lap());
+    report.seconds.emplace_back("write", secondsSince(start));
     terminal.progress("write", 1);
 
-    // What was warned about while it ran and what the method noted, each once.
-    std::vector<std::string> warnings = terminal.takeWarnings();
-    for (const std::string& warning : report.warnings) {
-        if (std::find(warnings.begin(), warnings.end(), warning) != warnings.end()) continue;
-        warnings.push_back(warning);
-        terminal.warn(warning);
-    }
-    terminal.takeWarnings();
-    report.warnings = std::move(warnings);
-    summarise(terminal, output, method, frame, report, file_bytes);
+    const GridFrame& frame = baked.volume.field.frame();
+    summarise(terminal, output, method.name, frame, report, file_bytes);
     document["grid"] = toJson(frame);
     document["file_bytes"] = file_bytes;
     document.update(toJson(report));
-    return document;
+    return scene.hash;
 }
 
 /// Names every file that the run will write, so that what cannot be written is refused before any work.
@@ -279,27 +156,74 @@ void claimOutputs(const BakeArguments& arguments, const FrameRange& range, Outpu
     }
 }
 
-int dryRun(const BakeArguments& arguments, int frame_number, int frames, const std::string& output,
-           Terminal& terminal) {
-    Scene scene = loadScene(arguments.scene, frame_number, terminal);
-    applySettings(arguments, scene);
-    const Method& method = chooseMethod(scene.bake.method, scene);
-    const GridFrame frame = sceneFrame(scene);
-    BakeEstimate estimate = estimateBake(scene, method, frame, nullptr, arguments.file);
-    const std::int64_t limit = arguments.max_memory_bytes > 0 ? arguments.max_memory_bytes : machineMemory();
-    if (scene.bake.where != Where::Everywhere && estimate.leaves < limit / 100) {
-        const NeededVoxels needed = sceneNeededVoxels(scene, frame, terminal);
-        estimate = estimateBake(scene, method, frame, &needed, arguments.file);
+Json errorJson(const Error& error) {
+    return {{"code", static_cast<int>(error.code())}, {"where", error.where()}, {"message", error.what()}};
+}
+
+/// What failed of a sequence whose other frames went well.
+class Failures {
+public:
+    void add(int frame, const Error& error, Terminal& terminal) {
+        frames_.push_back(std::to_string(frame));
+        terminal.takeWarnings();  // of this frame, and not of the next
+        terminal.warn(fmt::format("frame {} failed: {}{}", frame, error.where().empty() ? "" : error.where() + ": ",
+                                  error.what()));
+        terminal.takeWarnings();
     }
-    const bool fits = estimate.memory_bytes <= limit;
-    terminal.say(
-        fmt::format("{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on "
-                    "disk, {:.1f} s{} with {} on {} threads (an estimate, good to a factor of three)",
-                    output, static_cast<double>(estimate.needed_voxels), static_cast<double>(frame.voxelCount()),
-                    static_cast<double>(estimate.leaves), static_cast<double>(estimate.memory_bytes) * 1e-6,
-                    fits ? "" : " (more than there is: it would be refused)",
-                    static_cast<double>(estimate.file_bytes) * 1e-6, estimate.seconds * frames,
-                    frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    /// @throws Error{Input} when there are any
+    void raise(const char* others) const {
+        if (frames_.empty()) return;
+        throw Error(ErrorCode::Input, fmt::format("frame{} {} failed; {}", frames_.size() == 1 ? "" : "s",
+                                                  fmt::join(frames_, ", "), others));
+    }
+
+private:
+    std::vector<std::string> frames_;
+};
+
+/// Looks at the inputs of all frames. Returns the scene of the first that can be read.
+Scene checkInputs(const BakeArguments& arguments, const FrameRange& range, Terminal& terminal, Failures& failures) {
+    std::optional<Scene> first;
+    for (int frame = range.first; frame <= range.last; ++frame) {
+        terminal.checkCancelled();
+        try {
+            Scene scene = sceneOf(arguments, frame, terminal);
+            chooseMethod(scene.bake.method, scene);
+            if (!first) first = std::move(scene);
+        } catch (const Error& error) {
+            if (!arguments.frames || error.code() != ErrorCode::Input) throw;
+            failures.add(frame, error, terminal);
+        }
+    }
+    if (!first) failures.raise("no frame can be baked");
+    return std::move(*first);
+}
+
+int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& terminal) {
+    const int frames = range.last - range.first + 1;
+    const std::string output = outputPath(arguments, range.first);
+    const BakeChoices choices = choicesOf(arguments);
+    Failures failures;
+    const Scene scene = checkInputs(arguments, range, terminal, failures);
+    const Method& method = chooseMethod(scene.bake.method, scene);
+    for (const std::string& warning : sceneWarnings(scene)) terminal.warn(warning);
+    const GridFrame frame = sceneFrame(scene);
+    BakeCost cost = bakeCost(scene, method, frame, nullptr, choices);
+    const std::int64_t limit = memoryLimit(choices);
+    if (scene.bake.where != Where::Everywhere && cost.leaves < limit / 100) {
+        const NeededVoxels needed = sceneNeededVoxels(scene, frame, terminal);
+        cost = bakeCost(scene, method, frame, &needed, choices);
+    }
+    const bool fits = cost.memory_bytes <= limit;
+    const double seconds = cost.seconds() * frames;
+    terminal.say(fmt::format(
+        "{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on "
+        "disk, {:.2g} s{} with {} on {} threads (an estimate, good to a factor of two on a quiet machine)",
+        output, static_cast<double>(cost.needed_voxels), static_cast<double>(frame.voxelCount()),
+        static_cast<double>(cost.leaves), static_cast<double>(cost.memory_bytes) * 1e-6,
+        fits ? "" : " (more than there is: it would be refused)", static_cast<double>(cost.file_bytes) * 1e-6, seconds,
+        frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    if (!cost.dearest.empty()) terminal.say("  " + cost.dearest);
     if (arguments.json) {
         print({{"schema", "photic-estimate-1"},
                {"scene", arguments.scene},
@@ -308,15 +232,67 @@ int dryRun(const BakeArguments& arguments, int frame_number, int frames, const s
                {"frames", frames},
                {"grid", toJson(frame)},
                {"voxels", frame.voxelCount()},
-               {"needed_voxels", estimate.needed_voxels},
-               {"leaves", estimate.leaves},
-               {"memory_bytes", estimate.memory_bytes},
+               {"needed_voxels", cost.needed_voxels},
+               {"leaves", cost.leaves},
+               {"memory_bytes", cost.memory_bytes},
                {"memory_limit_bytes", limit},
                {"fits", fits},
-               {"file_bytes", estimate.file_bytes},
-               {"seconds", estimate.seconds * frames}});
+               {"file_bytes", cost.file_bytes},
+               {"seconds", seconds},
+               {"dearest", cost.dearest}});
     }
+    failures.raise("the others can be read");
     return 0;
+}
+
+Json newDocument(const BakeArguments& arguments, int frame) {
+    return {{"schema", "photic-report-1"}, {"program", programName()},
+            {"scene", arguments.scene},    {"frame", frame},
+            {"up_to_date", false},         {"output", outputPath(arguments, frame)}};
+}
+
+/// Bakes all frames; those whose inputs cannot be used are told and left out.
+void bakeFrames(const BakeArguments& arguments, const FrameRange& range, OutputSet& outputs, Terminal& terminal,
+                Json& documents) {
+    Failures failures;
+    std::set<std::uint64_t> different;
+    for (int frame = range.first; frame <= range.last; ++frame) {
+        terminal.checkCancelled();
+        terminal.beginPart(frame - range.first, range.last - range.first + 1);
+        Json& document = documents.emplace_back(newDocument(arguments, frame));
+        try {
+            different.insert(bakeFrame(arguments, outputs, terminal, document));
+        } catch (const Error& error) {
+            outputs.discard();
+            document["error"] = errorJson(explained(error));
+            if (!arguments.frames || error.code() != ErrorCode::Input) throw;
+            failures.add(frame, error, terminal);
+        } catch (const std::bad_alloc&) {
+            outputs.discard();
+            document["error"] = errorJson(Error(ErrorCode::Failed, "out of memory"));
+            throw;
+        }
+        if (arguments.frames) {
+            terminal.event(
+                dump({{"event", "frame"}, {"frame", frame}, {"output", document["output"]}, {"report", document}}));
+        }
+    }
+    failures.raise("the others are baked");
+    if (range.first < range.last && different.size() == 1) {
+        terminal.warn(
+            fmt::format("nothing in {} changes from frame {} to {}, and the volumes are equal; number the "
+                        "frames of a file with ####, or give waves a speed",
+                        arguments.scene, range.first, range.last));
+    }
+}
+
+/// Whether there is a file that is no report of a bake.
+bool isOtherFile(const std::string& path) {
+    std::error_code none;
+    if (!fs::exists(path, none)) return false;
+    std::string begin(200, '\0');
+    std::ifstream(path, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+    return begin.find("\"photic-report-") == std::string::npos;
 }
 
 }  // namespace
@@ -324,32 +300,33 @@ int dryRun(const BakeArguments& arguments, int frame_number, int frames, const s
 int run(const BakeArguments& arguments, Terminal& terminal) {
     checkPostSteps(arguments.post);
     const FrameRange range = arguments.frames.value_or(FrameRange{});
-    const int frames = range.last - range.first + 1;
-    const std::string first_output = outputPath(arguments, range.first);
-    if (arguments.dry_run) return dryRun(arguments, range.first, frames, first_output, terminal);
+    if (arguments.dry_run) return dryRun(arguments, range, terminal);
     OutputSet outputs;
     claimOutputs(arguments, range, outputs);
 
-    Json documents = Json::array(), written = Json::array();
-    for (int frame = range.first; frame <= range.last; ++frame) {
-        terminal.checkCancelled();
-        terminal.beginPart(frame - range.first, frames);
-        const std::string output = outputPath(arguments, frame);
-        documents.push_back(bakeFrame(arguments, frame, outputs, terminal));
-        written.push_back(output);
-        if (arguments.frames) {
-            terminal.event(
-                dump({{"event", "frame"}, {"frame", frame}, {"output", output}, {"report", documents.back()}}));
+    // The report tells what was done and what was not, whatever the end. A bake that failed may not have come to all
+    // files of its scene, so that the report's name could be one of them.
+    Json documents = Json::array();
+    const auto tell = [&](bool failed) {
+        if (documents.empty()) return;
+        const Json& report = arguments.frames ? documents : documents.front();
+        if (!arguments.report_file.empty() && !(failed && isOtherFile(arguments.report_file))) {
+            outputs.write(arguments.report_file, dump(report, 2) + "\n");
+            outputs.commit();
         }
+        if (arguments.json) print(report);
+    };
+    try {
+        bakeFrames(arguments, range, outputs, terminal, documents);
+    } catch (...) {
+        tell(true);
+        throw;
     }
-    const Json& report = arguments.frames ? documents : documents.front();
-    if (!arguments.report_file.empty()) {
-        outputs.write(arguments.report_file, dump(report, 2) + "\n");
-        outputs.commit();
-    }
+    tell(false);
+    Json written = Json::array();
+    for (const Json& document : documents) written.push_back(document["output"]);
     terminal.event(
         dump({{"event", "done"}, {"output", written.back()}, {"outputs", written}, {"report", documents.back()}}));
-    if (arguments.json) print(report);
     return 0;
 }
 

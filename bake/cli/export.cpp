@@ -11,8 +11,9 @@
 #include <map>
 #include <optional>
 
+#include "bake/baker/game_budget.h"
 #include "bake/cli/bake_plan.h"
-#include "bake/cli/export_budget.h"
+#include "bake/cli/export_error.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/file/nvdb.h"

@@ -34,7 +34,11 @@ Json methodJson(const Method& method) {
         json["help"] = option.help;
         options.push_back(std::move(json));
     }
-    return {{"name", method.name}, {"summary", method.summary}, {"grids", method.grids}, {"options", options}};
+    return {{"name", method.name},
+            {"summary", method.summary},
+            {"grids", gridsOf(method)},
+            {"standard_error", method.standard_error == StandardError::PerVoxel},
+            {"options", options}};
 }
 
 }  // namespace
@@ -48,7 +52,8 @@ int run(const MethodsArguments& arguments, Terminal&) {
     }
     std::string text;
     for (const Method& method : methodCatalogue()) {
-        text += fmt::format("{}: {}\n  grids: {}\n", method.name, method.summary, fmt::join(method.grids, ", "));
+        text += fmt::format("{}: {}\n  grids: {}\n", method.name, method.summary, fmt::join(gridsOf(method), ", "));
+        if (method.standard_error == StandardError::PerVoxel) text += "  knows its standard error per voxel\n";
         for (const OptionSpec& option : method.options) {
             text += fmt::format("  {} = {}{}", option.name, toJson(option.default_value).dump(),
                                 option.unit.empty() ? "" : " " + option.unit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bake/cli/post_steps.h"
+#include "bake/baker/post_steps.h"
 #include "bake/cli/verbs.h"
 #include "bake/file/output_set.h"
 

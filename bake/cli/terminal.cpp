@@ -5,59 +5,59 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bake/cli/stop.h"
 #include "bake/report/printable.h"
 
 namespace photic::cli {
 
 namespace {
 
-std::atomic<bool> g_interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
-
-/// The share of a bake that lies before a stage and in it: only the order and rough size matter, for the bar and the
-/// ETA.
-struct StageShare {
-    std::string_view stage;
-    double begin, end;
-};
-constexpr StageShare kStages[] = {{"scene", 0.0, 0.05},    {"needed", 0.05, 0.08}, {"trace", 0.08, 0.25},
-                                  {"deposit", 0.25, 0.75}, {"field", 0.75, 0.82},  {"write", 0.82, 1.0}};
 constexpr double kSecondsBetweenUpdates = 0.1;
 
 }  // namespace
 
-void installSignalHandlers() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { g_interrupted.store(true); };
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
-    // A write past the file-size limit, or into a pipe that nobody reads, then returns an error that is reported.
-    std::signal(SIGXFSZ, SIG_IGN);
-    std::signal(SIGPIPE, SIG_IGN);
+bool wantsColour(int descriptor) {
+    const char *refused = std::getenv("NO_COLOR"), *terminal = std::getenv("TERM");
+    if (refused && *refused) return false;
+    return isatty(descriptor) != 0 && !(terminal && std::string_view(terminal) == "dumb");
 }
 
-bool interrupted() { return g_interrupted.load(); }
-
-Terminal::Terminal(ProgressMode mode) : mode_(mode) {
-    if (mode_ == ProgressMode::Auto) mode_ = isatty(STDERR_FILENO) ? ProgressMode::Bar : ProgressMode::None;
+Terminal::Terminal(ProgressMode mode, Loudness loudness)
+    : mode_(mode), loudness_(loudness), colour_(wantsColour(STDERR_FILENO)) {
+    const bool bar = isatty(STDERR_FILENO) != 0 && loudness_ == Loudness::Normal;
+    if (mode_ == ProgressMode::Auto) mode_ = bar ? ProgressMode::Bar : ProgressMode::None;
 }
 
-Terminal::~Terminal() { clearBar(); }
+Terminal::~Terminal() { finish(); }
+
+void Terminal::finish() {
+    const std::lock_guard lock(mutex_);
+    clearBar();
+}
 
 void Terminal::beginPart(int index, int count) {
     const std::lock_guard lock(mutex_);
     part_ = index;
     parts_ = std::max(1, count);
     part_fraction_ = 0;
+    stages_.clear();
     stage_.clear();
 }
+
+void Terminal::expect(const std::vector<Stage>& stages) {
+    const std::lock_guard lock(mutex_);
+    stages_ = stages;
+    part_seconds_ = 0;
+    for (const Stage& stage : stages_) part_seconds_ += stage.seconds;
+}
+
+bool Terminal::cancelled() const { return stopWanted() != Stop::No; }
 
 std::vector<std::string> Terminal::takeWarnings() {
     const std::lock_guard lock(mutex_);
@@ -65,9 +65,11 @@ std::vector<std::string> Terminal::takeWarnings() {
 }
 
 double Terminal::overall(std::string_view stage, double fraction) {
-    for (const StageShare& share : kStages) {
-        if (share.stage == stage)
-            part_fraction_ = std::max(part_fraction_, share.begin + fraction * (share.end - share.begin));
+    double before = 0;
+    for (const Stage& expected : stages_) {
+        if (expected.name == stage && part_seconds_ > 0)
+            part_fraction_ = std::clamp((before + fraction * expected.seconds) / part_seconds_, part_fraction_, 1.0);
+        before += expected.seconds;
     }
     return (part_ + part_fraction_) / parts_;
 }
@@ -132,13 +134,13 @@ void Terminal::warn(const std::string& message) {
         write(nlohmann::ordered_json{{"event", "warning"}, {"message", message}}.dump(
             -1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
-        write("photic: warning: " + printable(message));
+        write(label("photic: warning: ", "\033[1;33m") + printable(message));
     }
 }
 
 void Terminal::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
-    if (!json()) write(printable(line));
+    if (!json() && loudness_ == Loudness::Normal) write(printable(line));
 }
 
 void Terminal::event(const std::string& json_line) {
@@ -146,14 +148,30 @@ void Terminal::event(const std::string& json_line) {
     if (json()) write(json_line);
 }
 
-void Terminal::error(int code, const std::string& where, const std::string& message) {
-    const std::lock_guard lock(mutex_);
+std::string Terminal::label(const char* text, const char* colour) const {
+    return colour_ ? fmt::format("{}{}\033[0m", colour, text) : text;
+}
+
+void Terminal::writeError(const Error& error) {
     if (json()) {
-        const nlohmann::ordered_json line{{"event", "error"}, {"code", code}, {"where", where}, {"message", message}};
+        const nlohmann::ordered_json line{{"event", "error"},
+                                          {"code", static_cast<int>(error.code())},
+                                          {"where", error.where()},
+                                          {"message", error.what()}};
         write(line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
-        write("photic: error: " + printable((where.empty() ? "" : where + ": ") + message));
+        const std::string place = error.where().empty() ? "" : error.where() + ": ";
+        write(label("photic: error: ", "\033[1;31m") + printable(place + error.what()));
     }
+}
+
+void Terminal::error(const Error& error) {
+    const std::lock_guard lock(mutex_);
+    writeError(error);
+}
+
+void Terminal::lastWord(const Error& error) {
+    if (const std::unique_lock lock(mutex_, std::try_to_lock); lock.owns_lock()) writeError(error);
 }
 
 }  // namespace photic::cli

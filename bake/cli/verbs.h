@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "bake/cli/terminal.h"
@@ -25,7 +25,6 @@ struct BakeArguments {
     std::string report_file;
     std::string standard_error_file;
     VdbOptions file;
-    std::int64_t max_memory_bytes = 0;  ///< 0: the machine's
     // Settings that replace the scene's.
     std::vector<std::string> set;  ///< METHOD.OPTION=VALUE
     std::optional<std::string> method, where, paths;
@@ -100,11 +99,8 @@ struct ViewArguments {
     std::vector<std::string> arguments;
 };
 
-/// The command line has been answered already (--help, --version).
-struct NothingToDo {};
-
-using Verb = std::variant<NothingToDo, BakeArguments, InspectArguments, CompareArguments, PictureArguments,
-                          ExportArguments, MethodsArguments, PostArguments, ViewArguments>;
+/// A verb with its arguments. Returns the exit code; failures are thrown as photic::Error.
+using VerbRun = std::function<int(Terminal&)>;
 
 // Each runs one verb and returns its exit code; failures are thrown as photic::Error.
 int run(const BakeArguments& arguments, Terminal& terminal);

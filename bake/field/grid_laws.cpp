@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "bake/threads/parallel_for.h"
 
@@ -44,6 +46,31 @@ std::vector<Result> ofBlocks(const LightField& field, Body body) {
             forEachLitVoxel(field, slot, [&](int, const std::array<float, 8>& v) { body(result, v); });
     });
     return found;
+}
+
+/// Whether a leaf surely keeps the laws; plain loops, so that they compile to vectors. A leaf's voxels that are not
+/// needed are looked at too, and may make it doubtful for nothing.
+bool surelyKept(const LightField& field, int slot) {
+    constexpr int n = LightField::kLeafVoxels;
+    if (field.state(slot) != LeafState::Dense) return field.state(slot) == LeafState::Empty;
+    const float* data = field.dense(slot);
+    const int colours = field.channels().irradiance;
+    float mean[n];
+    int kept = 1;
+    for (int c = 0; c < colours; ++c) {
+        const float* e = data + c * n;
+        // Comparisons with NaN are false.
+        for (int i = 0; i < n; ++i) kept &= int(e[i] >= 0) & int(e[i] <= std::numeric_limits<float>::max());
+        for (int i = 0; i < n; ++i) mean[i] = c == 0 ? e[i] : mean[i] + e[i];
+    }
+    if (!field.channels().flux) return kept != 0;
+    const float* f = data + colours * n;
+    const auto longest = static_cast<float>((1 + 0.5 * kRounding) / colours);
+    for (int i = 0; i < n; ++i) {
+        const float e = mean[i] * longest;
+        kept &= int(f[i] * f[i] + f[n + i] * f[n + i] + f[2 * n + i] * f[2 * n + i] <= e * e);
+    }
+    return kept != 0;
 }
 
 double meanIrradiance(const LightField& field, const std::array<float, 8>& v) {
@@ -138,6 +165,23 @@ std::vector<LawCheck> checkLaws(const LightField& field) {
             check("negative irradiance, of the brightest voxel",
                   all.brightest > 0 ? -all.lowest / all.brightest : -all.lowest, kRounding),
             check("flux longer than irradiance, of its length", excess, kRounding)};
+}
+
+std::vector<LawCheck> brokenLaws(const LightField& field) {
+    std::atomic<bool> doubtful{false};
+    const std::int64_t blocks = (field.leafCount() + kBlock - 1) / kBlock;
+    parallelFor(blocks, [&](std::int64_t block) {
+        const auto end = std::min<std::int64_t>((block + 1) * kBlock, field.leafCount());
+        for (auto slot = static_cast<int>(block * kBlock); slot < end; ++slot) {
+            if (surelyKept(field, slot)) continue;
+            doubtful = true;
+            return;
+        }
+    });
+    if (!doubtful) return {};
+    std::vector<LawCheck> laws = checkLaws(field);
+    std::erase_if(laws, [](const LawCheck& law) { return law.holds; });
+    return laws;
 }
 
 }  // namespace photic

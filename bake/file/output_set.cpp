@@ -37,6 +37,18 @@ void OutputSet::refuseSame(const Named& one, const Named& other) {
                 other.path);
 }
 
+void OutputSet::makeFolderOf(const std::string& path) {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    std::error_code failure;
+    if (folder.empty() || std::filesystem::exists(folder, failure)) return;
+    std::filesystem::create_directories(folder, failure);
+    if (failure)
+        throw Error(ErrorCode::Failed,
+                    fmt::format("cannot write there: the directory '{}' cannot be made ({}); choose another",
+                                folder.string(), failure.message()),
+                    path);
+}
+
 void OutputSet::reads(const std::string& role, const std::string& path) {
     Inode inode;
     if (!inodeOf(path, inode)) return;
@@ -50,6 +62,7 @@ void OutputSet::reads(const std::string& role, const std::vector<std::string>& p
 }
 
 void OutputSet::writes(const std::string& role, const std::string& path) {
+    makeFolderOf(path);
     const WriteTarget target = writeTarget(path);
     const auto [before, fresh] = written_.emplace(placeOf(target.path), Named{role, path});
     if (!fresh) refuseSame(before->second, {role, path});

@@ -33,7 +33,7 @@ public:
     void reads(const std::string& role, const std::string& path);
     void reads(const std::string& role, const std::vector<std::string>& paths);
 
-    /// A file that the run will write.
+    /// A file that the run will write. Its folder is made where there is none.
     /// @throws Error{Usage} when the run reads it, or writes it as something else too; Error{Failed} when it cannot be
     /// written (writeTarget() in pending_file.h)
     void writes(const std::string& role, const std::string& path);
@@ -75,6 +75,7 @@ private:
     struct Named {
         std::string role, path;
     };
+    static void makeFolderOf(const std::string& path);
     static Place placeOf(const std::string& path);
     static bool inodeOf(const std::string& path, Inode& inode);
     [[noreturn]] static void refuseSame(const Named& one, const Named& other);

@@ -7,6 +7,7 @@
 
 #include "bake/deposit/ernst_deposit.h"
 #include "bake/deposit/voxelise.h"
+#include "bake/methods/beams_cost.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"
@@ -53,7 +54,7 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
 // One light on one surface, or one direction of a disc: adds its tubes to a field.
 class BeamsBake {
 public:
-    BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, Monitor& monitor)
+    BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, BeamsProgress& monitor)
         : scene_(scene),
           options_(options),
           frame_(frame),
@@ -74,9 +75,8 @@ public:
         // A millionth of the light's own is far below what a half float of it can hold, and above its sums' rounding.
         const double own = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
         voxelise_.noise_floor = 1e-6 * (own > 0 ? own : scene_.referenceIrradiance());
-        const BeamsDisc disc = discFor(light);
-        if (disc != BeamsDisc::Blur) {
-            std::vector<LightSample> samples = lightSamples(light, disc == BeamsDisc::Sample ? samplesOf(light) : 1);
+        if (!blurs(light)) {
+            std::vector<LightSample> samples = lightSamples(light, discDirections(optics_, light, options_));
             // The first stands nearest to the middle: it goes last, for all that is too faint to be told apart.
             std::reverse(samples.begin(), samples.end());
             FaintLight faint;
@@ -94,7 +94,16 @@ public:
         disc_seconds_ += secondsSince(start);
     }
 
-    bool blurs(const Light& light) const { return discFor(light) == BeamsDisc::Blur; }
+    /// How often a surface will be launched from: once for each light, or direction on its disc, whatever its
+    /// histories.
+    int launches() const {
+        std::size_t samples = 0;
+        for (const Light& light : scene_.lights)
+            samples += lightSamples(light, discDirections(optics_, light, options_)).size();
+        return static_cast<int>(samples * scene_.surfaces.size());
+    }
+
+    bool blurs(const Light& light) const { return discFor(scene_, light, frame_, options_) == BeamsDisc::Blur; }
 
     // The path ledger's deposited side is taken before the blur moves light across the frame's border.
     void measureDeposit(const LightField& field) {
@@ -109,7 +118,6 @@ public:
         out.path = {deposited_, totals_.expected};
         out.tubes = launched_.tubes;
         out.corner_rays = launched_.corner_rays;
-        out.instruction_set = name(voxelise_.instruction_set);
         out.seconds.emplace_back("trace", launched_.seconds);
         out.seconds.emplace_back("deposit", deposit_seconds_);
         if (disc_seconds_ > 0) out.seconds.emplace_back("disc", disc_seconds_);
@@ -125,18 +133,6 @@ private:
         return out;
     }
 
-    BeamsDisc discFor(const Light& light) const {
-        if (options_.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;
-        if (options_.disc != BeamsDisc::Auto) return options_.disc;
-        return blurServes(scene_, light, frame_) ? BeamsDisc::Blur : BeamsDisc::Sample;
-    }
-
-    // As many as were asked for, or as the disc's width needs.
-    int samplesOf(const Light& light) const {
-        if (options_.disc == BeamsDisc::Sample) return options_.disc_samples;
-        return discSamples(optics_, light, options_.disc_samples);
-    }
-
     // One sample of a light through every surface, and on through every history that it begins.
     void addSample(const Light& light, const LightSample& sample, LightField& field, FaintLight* faint, bool is_last) {
         const TubeSink sink = [&](std::array<TubeSet, 6>&& sets) { lay(std::move(sets), field); };
@@ -149,6 +145,7 @@ private:
             const LaunchDomain domain =
                 surface.height_field ? launchDomain(scene_, surface, light, frame_) : LaunchDomain{};
             launcher.launch(Emission(scene_, static_cast<int>(i), sample), domain, launched_);
+            monitor_.nextLaunch();
         }
     }
 
@@ -188,7 +185,7 @@ private:
     std::vector<SpectralSample> spectrum_;
     OpticalScene optics_;
     FollowLimits limits_;
-    Monitor& monitor_;
+    BeamsProgress& monitor_;
     LaunchOptions launch_;
     VoxeliseOptions voxelise_;
     LaunchTotals launched_;
@@ -212,8 +209,9 @@ void addField(LightField& to, const LightField& from) {
 }
 
 LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed, FieldChannels channels,
-                      const BeamsOptions& options, Monitor& monitor, BakeReport& report) {
+                      const BeamsOptions& options, BeamsProgress& monitor, BakeReport& report) {
     BeamsBake bake(scene, options, needed->frame(), monitor);
+    monitor.beginRun(bake.launches());
     LightField field(needed, channels);
     bool blurred = false;
     for (const Light& light : scene.lights) {
@@ -230,12 +228,12 @@ LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxe
     }
     if (!blurred) bake.measureDeposit(field);
     bake.report(report);
-    report.field_bytes = field.bytes();
     return field;
 }
 
 // The `caustic` grid: irradiance over that of the same scene with a flat surface; 0 where the flat one is dark.
-LightField causticGrid(const Scene& scene, const LightField& field, const BeamsOptions& options, Monitor& monitor) {
+LightField causticGrid(const Scene& scene, const LightField& field, const BeamsOptions& options,
+                       BeamsProgress& monitor) {
     Scene flat = scene;
     for (Surface& surface : flat.surfaces)
         if (surface.height_field) surface.height_field = makeFlatField(surface.center.z);
@@ -264,8 +262,6 @@ LightField causticGrid(const Scene& scene, const LightField& field, const BeamsO
 
 std::string beamsRefusal(const Scene& scene) {
     if (scene.bake.paths == Paths::All) return "paths = \"all\" is not built yet; use paths = \"caustic\"";
-    if (scene.bake.grids.arrival_time)
-        return "the grid 'arrival_time' is not built yet for beams; leave it out of bake.grids";
     return specularRefusal(scene);
 }
 
@@ -276,17 +272,10 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
     const bool flux = scene.bake.grids.direction;
     const FieldChannels channels{scene.coloured() ? 3 : 1, flux};
     BakeReport report;
-    report.threads = threadCount();
-    report.reference_irradiance = scene.referenceIrradiance();
-    report.needed_voxels = needed->count();
-    if (!flux) report.skipped.emplace_back("direction: not asked for");
-    if (channels.irradiance == 1) report.skipped.emplace_back("colour: light and medium are white");
-    if (!needed->isEverything())
-        report.skipped.push_back(std::to_string(needed->frame().voxelCount() - needed->count()) +
-                                 " voxels that nobody needs");
-    LightField field = bakeLights(scene, needed, channels, options, monitor, report);
+    BeamsProgress progress(monitor, scene.bake.grids.caustic ? 2 : 1);
+    LightField field = bakeLights(scene, needed, channels, options, progress, report);
     std::optional<LightField> caustic;
-    if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, monitor);
+    if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, progress);
     return {std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
 }
 
@@ -294,10 +283,15 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
 
 Method beamsMethod() {
     return {"beams",
-            "Ray tubes, exact in energy: one refraction or reflection, shadows, colour, the sun's disc",
-            {"irradiance", "direction", "caustic", "density"},
+            "Ray tubes, exact in energy: water, glass, mirrors, many bounces, shadows, colour, the sun's disc",
+            {"irradiance", "direction", "caustic"},
             optionSpecs<BeamsOptions>(beamsOptions()),
             beamsRefusal,
+            [](const CostQuestion& question) {
+                BeamsOptions options;
+                applyOptions<BeamsOptions>("beams", options, beamsOptions(), question.options);
+                return beamsCost(question, options);
+            },
             bakeBeams};
 }
 

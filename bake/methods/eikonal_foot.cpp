@@ -205,7 +205,7 @@ void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const Caust
     LayerWriter writer(scene, front, caustics, beyond, fields);
     sweepFootPoints(front.front(), points, [&](int k, const FootPointLayer& layer) {
         monitor.checkCancelled();
-        if (k % 8 == 0) monitor.progress("sweep", double(k) / points.count_z);
+        if (k % 8 == 0) monitor.progress("foot points", double(k) / points.count_z);
         const int z = frame.max.z - k;
         if (z <= highest) writer.add(z, points.origin + static_cast<double>(k) * points.step_z, layer);
         return true;

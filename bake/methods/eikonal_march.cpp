@@ -177,7 +177,7 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
         first = seeds.besideSurface(density, shares);
         if (!front.index()) seeds.atSides(shares);
     }
-    monitor.progress("march", 0);
+    monitor.progress("marching", 0);
     EikonalProblem problem;
     problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(),
     problem.fixed = &g.fixed, problem.slownesses = g.slowness;
@@ -187,10 +187,10 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     marching.needed_blocks = wanted;
     marching.progress = [&](double part) {
         monitor.checkCancelled();
-        monitor.progress("march", part);
+        monitor.progress("marching", part);
     };
     const BlockMarchingReport marched = marchBlocks(problem, marching, g.arrival);
-    if (!marched.converged) report.warnings.emplace_back("marching met its limit of rounds: some arrivals are rough");
+    if (!marched.converged) monitor.warn("marching met its limit of rounds: some arrivals are rough");
     if (marched.stopped_early)
         report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
     fields.solver_bytes = double(g.bytes()) + double(shares.size() * sizeof(float));

@@ -14,7 +14,9 @@
 #include "bake/field/disc_blur.h"
 #include "bake/field/post_process.h"
 #include "bake/methods/method_options.h"
+#include "bake/methods/part_monitor.h"
 #include "bake/methods/sun_disc.h"
+#include "bake/methods/wave_cost.h"
 #include "bake/methods/wave_domain.h"
 #include "bake/methods/wave_index.h"
 #include "bake/methods/wave_refusal.h"
@@ -89,7 +91,7 @@ double lag(double points) { return std::pow(2 * std::numbers::pi / points, 4) / 
 class WaveBake {
 public:
     WaveBake(const Scene& scene, const Light& light, const NeededVoxels& needed, const WaveOptions& options,
-             Monitor& monitor)
+             PartMonitor& monitor)
         : scene_(scene),
           surface_(withLeastIndex(scene)),
           light_(light),
@@ -171,7 +173,7 @@ public:
             if (stepper.counts().steps % 16 != 0) continue;
             monitor_.checkCancelled();
             const double passed = stepper.time() - begin;
-            monitor_.progress("wave", std::min(0.99, passed / crossing));
+            monitor_.progress("waves", std::min(0.99, passed / crossing));
             // What is still there after three crossings is a slow remainder between the surface and itself.
             if (passed > 3 * crossing) break;
         }
@@ -180,6 +182,7 @@ public:
         if (!paper_) addRim(cells, release, channels, field);
         report.seconds.emplace_back("waves", secondsSince(stepping));
         fillReport(release, channels, run, report);
+        monitor_.nextPart();
     }
 
 private:
@@ -283,11 +286,7 @@ private:
             100 * static_cast<double>(run.counts.block_steps) / all, run.counts.blocks,
             100 * static_cast<double>(run.counts.peak_blocks) / static_cast<double>(run.counts.blocks),
             static_cast<double>(run.counts.peak_bytes) / static_cast<double>(run.counts.peak_blocks * kWaveCells)));
-        const auto warn = [&](std::string text) {
-            if (std::find(report.warnings.begin(), report.warnings.end(), text) != report.warnings.end()) return;
-            monitor_.warn(text);
-            report.warnings.push_back(std::move(text));
-        };
+        const auto warn = [&](const std::string& text) { monitor_.warn(text); };
         const HeightField& field = *surface_.height_field;
         if (paper_) {
             warn(
@@ -345,7 +344,7 @@ private:
     const Light& light_;
     const NeededVoxels& needed_;
     const WaveOptions& options_;
-    Monitor& monitor_;
+    PartMonitor& monitor_;
     std::optional<WaveIndex> index_;
     bool paper_ = false;
     double scale_energy_ = 1, scale_field_ = 1;
@@ -403,9 +402,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
             "wave");
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
     BakeReport report;
-    report.threads = threadCount(), report.instruction_set = waveKernels().name;
-    report.reference_irradiance = scene.referenceIrradiance(), report.needed_voxels = needed->count();
-    if (!channels.flux) report.skipped.emplace_back("direction: not asked for");
+    const int runs = static_cast<int>(scene.lights.size()) * (scene.medium.coloured() ? 3 : 1);
+    PartMonitor progress(monitor, runs);
 
     LightField field(needed, channels);
     WaveRun last;
@@ -414,7 +412,7 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     for (const Light& light : scene.lights) {
         LightField part(needed, channels);
         LightField& to = scene.lights.size() == 1 ? field : part;
-        WaveBake bake(scene, light, *needed, options, monitor);
+        WaveBake bake(scene, light, *needed, options, progress);
         if (scene.medium.coloured()) {
             for (int c = 0; c < 3; ++c) bake.run(extinction[c], 1u << c, to, report, last);
         } else {
@@ -427,8 +425,7 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
                 blurLayers(to, discKernels(scene.surfaces.front(), light, needed->frame()), BeyondNeeded::Alike);
                 report.seconds.emplace_back("disc", secondsSince(start));
             } else {
-                report.warnings.emplace_back("the sun's disc is left out: one blur a layer does not serve this scene");
-                monitor.warn(report.warnings.back());
+                monitor.warn("the sun's disc is left out: one blur a layer does not serve this scene");
             }
         }
         if (&to == &part) addField(field, part);
@@ -438,7 +435,6 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
         if (scene.index) below.ior_below = scene.index->at(below.center);
         flat += mean * unfocused(below, light);
     }
-    report.field_bytes = field.bytes();
     double deposited = 0;
     for (int c = 0; c < channels.irradiance; ++c)
         deposited += field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
@@ -463,9 +459,14 @@ Method waveMethod() {
     return {"wave",
             "Accumulated waves [Mercier 2014]: the light that a short pulse carries through the water, diffraction "
             "included",
-            {"irradiance", "direction", "caustic", "density"},
+            {"irradiance", "direction", "caustic"},
             optionSpecs(waveOptions()),
             waveRefusal,
+            [](const CostQuestion& question) {
+                WaveOptions options;
+                applyOptions("wave", options, waveOptions(), question.options);
+                return waveCost(question, options);
+            },
             bakeFromCatalogue};
 }
 

@@ -180,7 +180,9 @@ LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Ligh
 std::string specularRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.surfaces.empty()) return "the scene has no [[surface]] that could focus light";
-    if (scene.index) return "light bends on its way through an [[index]]; use eikonal or wave, or remove it";
+    if (scene.index)
+        return "light bends on its way through an [[index]], and rays go straight here; choose another method, or "
+               "remove it";
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         for (std::size_t j = i + 1; j < scene.surfaces.size(); ++j) {
             const Surface &a = scene.surfaces[i], &b = scene.surfaces[j];

@@ -5,8 +5,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "bake/field/scene_grid.h"
-#include "bake/field/scene_needed_voxels.h"
 #include "bake/scene/load_toml.h"
 
 namespace photic::benchmark {
@@ -54,9 +52,10 @@ truth::pool3::SceneText poolFloor(int n) {
 
 Timed once(const Case& c) {
     Monitor monitor;
+    Scene scene = c.scene;
+    scene.bake.method = c.method, scene.bake.method_options[c.method] = c.options;
     const auto start = std::chrono::steady_clock::now();
-    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(c.scene, sceneFrame(c.scene), monitor));
-    BakeResult result = chooseMethod(c.method, c.scene).bake(c.scene, needed, c.options, monitor);
+    BakedScene result = bakeScene(scene, monitor);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return {seconds, 1, std::move(result)};
 }

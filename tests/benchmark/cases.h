@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/methods/catalogue.h"
+#include "bake/baker/bake_scene.h"
 #include "tests/support/pool3.h"
 
 namespace photic::benchmark {
@@ -36,9 +36,9 @@ truth::pool3::SceneText shearedPoolBox(int n, int layers);
 truth::pool3::SceneText poolFloor(int n);
 
 struct Timed {
-    double seconds = 0;  ///< best run: needed voxels, set-up, trace, deposit; nothing is written
+    double seconds = 0;  ///< best run: needed voxels, set-up, trace, deposit, checks; nothing is written
     int runs = 0;
-    BakeResult result;  ///< of the last run
+    BakedScene result;  ///< of the last run
 };
 /// Repeats after a warm-up until `effort` is satisfied. One run when it takes longer than ten seconds.
 Timed measure(const Case& c, const Effort& effort);

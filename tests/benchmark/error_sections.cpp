@@ -51,7 +51,7 @@ void floorErrors(const Effort& effort, Findings& findings) {
     for (const std::int64_t cells :
          effort.quick ? std::vector<std::int64_t>{64} : std::vector<std::int64_t>{256, 512, 1024, 2048, 4096}) {
         const Timed t = measure(poolCase(poolFloor(512), "beams", mesh(cells)), effort);
-        const auto map = floorValues(t.result.field);
+        const auto map = floorValues(t.result.volume.field);
         table.add({std::to_string(cells), fmt::format("{:.3f}", t.seconds),
                    percent(truth::relativeL1(map, exact.values)), percent(truth::relativeRmse(map, exact.values))});
     }
@@ -76,7 +76,7 @@ void volumeErrors(const Effort& effort, Findings& findings) {
     const auto run = [&](const std::string& series, const std::string& label, const truth::pool3::SceneText& scene,
                          const std::string& method, const GivenOptions& options, double work, Ladder& ladder) {
         const Timed t = measure(poolCase(scene, method, options), effort);
-        const FieldError e = fieldError(t.result.field, reference.result.field);
+        const FieldError e = fieldError(t.result.volume.field, reference.result.volume.field);
         table.add({series + ", " + label, fmt::format("{:.3f}", t.seconds), percent(e.l1), percent(e.rmse)});
         findings.points.push_back({series, series + ", " + label, t.seconds, e.rmse});
         ladder.work.push_back(work), ladder.seconds.push_back(t.seconds), ladder.errors.push_back(e.rmse);

@@ -134,7 +134,7 @@ void writes(const Effort& effort, Findings& findings) {
                 {"file", "write [s]", "share of bake and write", "MB", "bytes a voxel"},
                 {}};
     const auto voxels = static_cast<double>(t.result.report.needed_voxels);
-    const LightVolume volume{std::move(t.result.field), t.result.report.reference_irradiance};
+    const LightVolume& volume = t.result.volume;
     const std::string path =
         (std::filesystem::temp_directory_path() / fmt::format("photic_benchmark_{}.vdb", n)).string();
     for (const bool half : {true, false}) {

@@ -197,10 +197,9 @@ TEST(BadInput, OutputsThatCannotBeWritten) {
     place.write("pool.toml", PoolText{}.text());
     place.write("file", "a regular file");
     std::filesystem::create_directory(place / "folder.vdb");
-    expectRefused(place, {"-o", "missing/pool.vdb"}, 4, {"missing", "does not exist"});
     expectRefused(place, {"-o", "file/pool.vdb"}, 4, {"file"});
     expectRefused(place, {"-o", "folder.vdb"}, 4, {"directory"});
-    expectRefused(place, {"--report", "missing/report.json"}, 4, {"missing"});
+    expectRefused(place, {"--report", "folder.vdb"}, 4, {"directory"});
     expectRefused(place, {"-o", "pool.exr"}, 2, {".vdb"});
 }
 

@@ -72,6 +72,91 @@ TEST(Frames, SendAnEventEachAndOneAtTheEnd) {
     EXPECT_EQ(outcome.events().back()["outputs"], (nlohmann::json{"pool.0001.vdb", "pool.0002.vdb"}));
 }
 
+/// A pool with a step that is a file of its own in each frame, of which number 2 is missing.
+void makeGap(const Workplace& place) {
+    PoolText pool;
+    pool.extra = "[[object]]\nname = \"step\"\nfile = \"step.####.obj\"\n";
+    place.write("pool.toml", pool.text());
+    for (const char* frame : {"0001", "0003"})
+        place.write(std::string("step.") + frame + ".obj", "v 0 0 -0.6\nv 0.3 0 -0.6\nv 0 0.3 -0.6\nf 1 2 3\n");
+}
+
+TEST(Frames, OneWithoutItsFilesIsNamedAndTheOthersAreBaked) {
+    const Workplace place;
+    makeGap(place);
+    const Outcome outcome = photic(
+        place, {"bake", "pool.toml", "--frames", "1-3", "--json", "--report", "report.json", "-o", "p.####.vdb"});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_TRUE(place.has("p.0001.vdb") && place.has("p.0003.vdb"));
+    EXPECT_FALSE(place.has("p.0002.vdb"));
+    for (const char* word : {"step.0002.obj", "frame 2 failed"})
+        EXPECT_NE(outcome.err.find(word), std::string::npos) << outcome.err;
+    const auto reports = outcome.json();
+    ASSERT_EQ(reports.size(), 3u);
+    for (const auto& report : reports) EXPECT_EQ(schemaBreaches(report, "report.md"), Strings{});
+    EXPECT_EQ(reports[1]["error"]["code"], 3);
+    EXPECT_FALSE(reports[0].contains("error") || reports[2].contains("error"));
+    EXPECT_EQ(nlohmann::json::parse(place.read("report.json")), reports);
+}
+
+TEST(Frames, DryRunLooksAtTheInputsOfEach) {
+    const Workplace place;
+    makeGap(place);
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--frames", "1-3", "--dry-run"});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_NE(outcome.err.find("step.0002.obj"), std::string::npos) << outcome.err;
+    EXPECT_EQ(place.names(), (Strings{"pool.toml", "step.0001.obj", "step.0003.obj"}));
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--frames", "3", "--dry-run"}).code, 0);
+}
+
+TEST(Frames, AFailureIsReportedToo) {
+    const Workplace place;
+    makeGap(place);
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--json", "--report", "out/report.json"});
+    EXPECT_EQ(outcome.code, 3) << outcome.err;
+    EXPECT_EQ(schemaBreaches(outcome.json(), "report.md"), Strings{});
+    EXPECT_EQ(outcome.json()["error"]["code"], 3);
+    EXPECT_EQ(nlohmann::json::parse(place.read("out/report.json")), outcome.json());
+    EXPECT_FALSE(place.has("pool.vdb"));
+}
+
+TEST(Frames, EqualOnesAreWarnedOf) {
+    const Workplace place;
+    PoolText pool;
+    place.write("pool.toml", pool.text());
+    EXPECT_NE(photic(place, {"bake", "pool.toml", "--frames", "1-2"}).err.find("changes from frame 1 to 2"),
+              std::string::npos);
+    pool.surface = "animate = \"deep_water\"\n" + pool.surface;
+    place.write("pool.toml", pool.text());
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1-2"}).err.find("changes from frame"),
+              std::string::npos);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1"}).err.find("changes from frame"), std::string::npos);
+}
+
+TEST(Frames, CommentsAndLineEndsBakeNothingAgain) {
+    const Workplace place;
+    const std::string text = PoolText{}.text();
+    place.write("pool.toml", text);
+    const Strings command{"bake", "pool.toml", "--frames", "1", "--json"};
+    ASSERT_EQ(kept(photic(place, command)), std::vector<bool>{false});
+    std::string same = "# the same pool\r\n";
+    for (const char c : text) same += c == '\n' ? "\r\n" : std::string(1, c);
+    place.write("pool.toml", same);
+    EXPECT_EQ(kept(photic(place, command)), std::vector<bool>{true});
+}
+
+TEST(Frames, AStandardErrorThatIsGoneIsBakedAgain) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Strings command{"bake",  "pool.toml",           "--frames",         "1",    "--json", "--method", "photons",
+                          "--set", "photons.count=20000", "--standard-error", "e.vdb"};
+    ASSERT_EQ(kept(photic(place, command)), std::vector<bool>{false});
+    EXPECT_EQ(kept(photic(place, command)), std::vector<bool>{true});
+    std::filesystem::remove(place / "e.0001.vdb");
+    EXPECT_EQ(kept(photic(place, command)), std::vector<bool>{false});
+    EXPECT_TRUE(place.has("e.0001.vdb"));
+}
+
 TEST(Frames, RangesThatAreNoneAreRefused) {
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());

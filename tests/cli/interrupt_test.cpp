@@ -35,6 +35,38 @@ void interruptedBy(int signal) {
     EXPECT_EQ(place.read("pool.vdb"), "the old volume");
 }
 
+/// A sequence that is interrupted still reports what was done and what was not.
+TEST(Interrupt, IsReported) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    Program program(place, {"bake", "pool.toml", "--method", "photons", "--set", "photons.count=100000000000",
+                            "--progress=json", "--report", "report.json"});
+    const auto start = std::chrono::steady_clock::now();
+    while (program.errSoFar().find("\"stage\":\"trace\"") == std::string::npos &&
+           std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    kill(program.pid(), SIGTERM);
+    EXPECT_EQ(program.wait().code, 130);
+    ASSERT_TRUE(place.has("report.json"));
+    EXPECT_EQ(nlohmann::json::parse(place.read("report.json"))["error"]["code"], 130);
+}
+
+/// The estimate may be wrong: what counts is what is held.
+TEST(Interrupt, MoreMemoryThanIsAllowedEndsTheRun) {
+    const Workplace place;
+    PoolText pool;
+    pool.voxel_size = 2.0 / 160;
+    place.write("pool.toml", pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const std::string before = place.read("pool.vdb");
+    // Reading takes some 60 MB for the volume beside the program's own.
+    const Outcome outcome = photic(place, {"post", "pool.vdb", "--as-light", "-o", "post.vdb", "--max-memory", "40MB"});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("--max-memory"), std::string::npos) << outcome.err;
+    EXPECT_EQ(place.names(), (std::vector<std::string>{"pool.toml", "pool.vdb"}));
+    EXPECT_EQ(place.read("pool.vdb"), before);
+}
+
 TEST(Interrupt, SigintEndsABakeCleanly) { interruptedBy(SIGINT); }
 TEST(Interrupt, SigtermToo) { interruptedBy(SIGTERM); }
 

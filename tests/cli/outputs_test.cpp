@@ -191,7 +191,14 @@ TEST(Outputs, WhatIsNoFileIsRefusedBeforeTheWork) {
     expectRefused(place, {"export", "pool.vdb", "-o", "pipe.nvdb"}, 4, "pipe");
     expectRefused(place, {"post", "pool.vdb", "--step", "sharpen=1,2", "-o", "full.vdb"}, 4, "device");
     expectRefused(place, {"compare", "a.exr", "a.exr", "--difference", "/dev/full"}, 4, "device");
-    expectRefused(place, {"export", "pool.vdb", "-o", "none/a.nvdb"}, 4, "does not exist");
+    expectRefused(place, {"export", "pool.vdb", "-o", "a.exr/a.nvdb"}, 4, "directory");
+}
+
+TEST(Outputs, FoldersAreMade) {
+    const Workplace place;
+    bakePool(place);
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "new/er/a.nvdb"}).code, 0);
+    EXPECT_TRUE(place.has("new/er/a.nvdb"));
 }
 
 TEST(Outputs, LinksAreFollowedAndPermissionsKept) {

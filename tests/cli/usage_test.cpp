@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <sstream>
 
 #include "tests/cli/program.h"
 #include "tests/cli/schema.h"
@@ -72,6 +74,95 @@ TEST(Usage, HelpAndVersionGoToStdout) {
     for (const char* word : {"beams.mesh", "photons.count", "--dry-run"})
         EXPECT_NE(bake.out.find(word), std::string::npos) << bake.out;
     EXPECT_EQ(help.err + bake.err + version.err, "");
+}
+
+TEST(Usage, HelpIsFoundHoweverItIsAskedFor) {
+    const Workplace place;
+    const std::string page = photic(place, {"bake", "--help"}).out;
+    EXPECT_EQ(photic(place, {"help", "bake"}).out, page);
+    EXPECT_EQ(photic(place, {"bake", "-h"}).out, page);
+    EXPECT_EQ(photic(place, {"help"}).out, photic(place, {"--help"}).out);
+    EXPECT_EQ(photic(place, {"-V"}).out, photic(place, {"--version"}).out);
+    const Outcome unknown = photic(place, {"help", "bak"});
+    EXPECT_EQ(unknown.code, 2);
+    EXPECT_NE(unknown.err.find("did you mean 'bake'"), std::string::npos) << unknown.err;
+}
+
+TEST(Usage, EachVerbShowsAnExampleAndNothingOfTheParser) {
+    const Workplace place;
+    for (const char* verb :
+         {"bake", "inspect", "compare", "picture", "export", "methods", "post", "completions", "man"}) {
+        const std::string page = photic(place, {"help", verb}).out;
+        EXPECT_NE(page.find(std::string("  photic ") + verb), std::string::npos) << page;
+        EXPECT_NE(page.find("Example"), std::string::npos) << page;
+        for (const char* raw : {"ENUM", "TEXT", "INT", "FLOAT", "{", " in [", "REQUIRED", "Excludes"})
+            EXPECT_EQ(page.find(raw), std::string::npos) << verb << " shows " << raw << ":\n" << page;
+    }
+}
+
+TEST(Usage, PagesAreWrappedAtTheTerminalsWidth) {
+    const Workplace place;
+    for (const int columns : {60, 80, 120}) {
+        setenv("COLUMNS", std::to_string(columns).c_str(), 1);
+        for (const char* verb : {"bake", "picture", "export"}) {
+            std::istringstream page(photic(place, {"help", verb}).out);
+            bool in_examples = false;
+            for (std::string line; std::getline(page, line);) {
+                if (!line.starts_with(' ')) in_examples = line.starts_with("Example");
+                // Examples are to be copied, and long words cannot be broken.
+                if (in_examples || line.find_first_of(' ', line.find_first_not_of(' ')) == std::string::npos) continue;
+                EXPECT_LE(line.size(), static_cast<std::size_t>(columns)) << verb << ": " << line;
+            }
+        }
+    }
+    unsetenv("COLUMNS");
+}
+
+TEST(Usage, MisspeltOptionsAndWordsGetASuggestion) {
+    expectUsage({"bake", "pool.toml", "--prefiler"}, {"--prefiler", "did you mean --prefilter"});
+    expectUsage({"export", "a.vdb", "-o", "a.nvdb", "--bugdet=3"}, {"--bugdet", "did you mean --budget"});
+    expectUsage({"bake", "pool.toml", "--where", "recievers"}, {"'recievers'", "did you mean 'receivers'"});
+    expectUsage({"completions", "csh"}, {"csh", "bash, zsh, fish"});
+}
+
+TEST(Usage, NothingOfTheParserIsSaid) {
+    expectUsage({"bake", "pool.toml", "--where"}, {"--where wants a value"});
+    expectUsage({"bake", "pool.toml", "--where", "media", "--where", "media"}, {"--where is given more than once"});
+    expectUsage({"bake", "pool.toml", "--resolution", "99999999999999"}, {"--resolution", "no number"});
+    expectUsage({"bake", "pool.toml", "other.toml"}, {"more than the verb takes: other.toml"});
+}
+
+TEST(Usage, QuietSaysNothingButWhatIsWrong) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome quiet = photic(place, {"bake", "pool.toml", "--quiet"});
+    EXPECT_EQ(quiet.code, 0);
+    EXPECT_EQ(quiet.err, "");
+    EXPECT_NE(photic(place, {"bake", "pool.toml"}).err, "");
+    EXPECT_NE(photic(place, {"bake", "none.toml", "-q"}).err.find("none.toml"), std::string::npos);
+}
+
+TEST(Usage, CompletionsAndTheManualKnowEveryVerbAndOption) {
+    const Workplace place;
+    const std::string help = photic(place, {"help", "bake"}).out;
+    std::vector<std::string> pages;
+    for (const char* shell : {"bash", "zsh", "fish"}) pages.push_back(photic(place, {"completions", shell}).out);
+    pages.push_back(photic(place, {"man"}).out);
+    for (const char* word : {"bake", "inspect", "picture", "voxel", "prefilter", "receivers"}) {
+        for (const std::string& page : pages) EXPECT_NE(page.find(word), std::string::npos) << word;
+        EXPECT_NE((help + "inspect picture").find(word), std::string::npos);
+    }
+    // The bash script completes in a shell.
+    place.write("photic.bash", pages[0]);
+    const std::string script =
+        ". '" + (place / "photic.bash").string() +
+        "'; COMP_WORDS=(photic bake --where rec); COMP_CWORD=3; _photic; echo \"${COMPREPLY[@]}\";"
+        "COMP_WORDS=(photic ins); COMP_CWORD=1; _photic; echo \"${COMPREPLY[@]}\";"
+        "COMP_WORDS=(photic bake --voxel); COMP_CWORD=2; _photic; echo \"${COMPREPLY[@]}\"";
+    place.write("run.sh", script);
+    const std::string out = (place / "out.txt").string();
+    ASSERT_EQ(std::system(("bash '" + (place / "run.sh").string() + "' > '" + out + "' 2>&1").c_str()), 0);
+    EXPECT_EQ(place.read("out.txt"), "receivers\ninspect\n--voxel-size\n");
 }
 
 TEST(Usage, MethodsAreListedAsDocumented) {

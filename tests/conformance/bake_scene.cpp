@@ -5,22 +5,18 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <memory>
 #include <numbers>
 
-#include "bake/field/scene_grid.h"
-#include "bake/field/scene_needed_voxels.h"
 #include "bake/scene/load_toml.h"
 
 namespace photic {
 
 Baked bakeScene(Scene scene, const std::string& method, const GivenOptions& options) {
     Monitor monitor;
-    const Method& row = chooseMethod(method, scene);
-    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, sceneFrame(scene), monitor));
-    const GivenOptions given =
-        (scene.bake.method_options.count(row.name) ? scene.bake.method_options.at(row.name) : GivenOptions{}) | options;
-    BakeResult result = row.bake(scene, needed, given, monitor);
+    scene.bake.method = method;
+    GivenOptions& given = scene.bake.method_options[chooseMethod(method, scene).name];
+    given = given | options;
+    BakedScene result = bakeScene(scene, monitor);
     return {std::move(scene), std::move(result)};
 }
 

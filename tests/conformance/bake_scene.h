@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/baker/bake_scene.h"
 #include "bake/methods/catalogue.h"
 #include "bake/scene/scene.h"
 #include "tests/support/pool3.h"
@@ -15,13 +16,13 @@ namespace photic {
 /// A scene from text and what a method made of it.
 struct Baked {
     Scene scene;
-    BakeResult result;
-    const LightField& field() const { return result.field; }
-    double irradiance(int i, int j, int k) const { return result.field.irradiance({i, j, k}); }
-    glm::dvec3 flux(int i, int j, int k) const { return result.field.flux({i, j, k}); }
+    BakedScene result;
+    const LightField& field() const { return result.volume.field; }
+    double irradiance(int i, int j, int k) const { return field().irradiance({i, j, k}); }
+    glm::dvec3 flux(int i, int j, int k) const { return field().flux({i, j, k}); }
 };
 
-/// Parses, lays out the grid and bakes; `options` win over the text's own [bake.METHOD].
+/// Bakes by a method; `options` win over the scene's own [bake.METHOD].
 Baked bakeScene(Scene scene, const std::string& method, const GivenOptions& options = {});
 Baked bakeText(const std::string& toml, const std::string& method, const GivenOptions& options = {});
 

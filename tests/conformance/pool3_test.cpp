@@ -41,11 +41,10 @@ std::vector<double> layerMap(const Baked& baked) {
     return map;
 }
 
-std::vector<double> pictureMap(Baked baked) {
-    const LightVolume volume{std::move(baked.result.field)};
+std::vector<double> pictureMap(const Baked& baked) {
     PictureFrame frame;
     frame.origin = {-1, -1, truth::pool3::kFloor}, frame.across = {2, 0, 0}, frame.up = {0, 2, 0};
-    const Image image = receiverPicture(volume, frame);
+    const Image image = receiverPicture(baked.result.volume, frame);
     std::vector<double> map;
     for (int y = 0; y < 512; ++y) {
         for (int x = 0; x < 512; ++x) map.push_back(image.at(x, 511 - y, 0));

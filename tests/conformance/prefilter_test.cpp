@@ -41,7 +41,7 @@ struct Looks {
 
 Looks looks(const std::string& toml, const PictureFrame& frame, int texels, std::int64_t mesh) {
     Baked baked = bakeText(toml, "beams", option("mesh", mesh));
-    LightVolume volume{std::move(baked.result.field)};
+    LightVolume volume{std::move(baked.result.volume.field)};
     Looks out;
     out.plain = looked(volume, frame, texels);
     const double sum = volume.field.sum(0);

@@ -42,12 +42,12 @@ Looked lookUp(const SceneText& text, bool prefilter, const char* disc = "blur") 
     GivenOptions options = option("mesh", std::int64_t{1024});
     options["disc"] = {std::string(disc), "test"};
     Baked baked = bakeText(truth::pool3::sceneToml(text), "beams", options);
-    if (prefilter) prefilterForTrilinear(baked.result.field);
+    if (prefilter) prefilterForTrilinear(baked.result.volume.field);
     Looked looked;
     looked.voxels = baked.field().needed().count();
     looked.size = baked.field().frame().size();
 
-    const LightVolume volume{std::move(baked.result.field)};
+    const LightVolume& volume = baked.result.volume;
     PictureFrame frame;
     frame.origin = {-1, -1, truth::pool3::kFloor}, frame.across = {2, 0, 0}, frame.up = {0, 2, 0};
     frame.width = frame.height = 512 * kOver;

@@ -19,7 +19,7 @@
 namespace photic {
 namespace {
 
-LightVolume volumeOf(Baked&& baked) { return LightVolume{std::move(baked.result.field)}; }
+LightVolume volumeOf(Baked&& baked) { return LightVolume{std::move(baked.result.volume.field)}; }
 
 /// Mean irradiance over the texels of a floor [m2 of full light], missing against `lit`.
 double missingArea(const LightVolume& volume, const PictureFrame& frame, double lit) {

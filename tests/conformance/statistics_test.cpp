@@ -52,13 +52,15 @@ struct Deviations {
 template <class Other>
 Deviations compare(const Baked& photons, const Other& other, const char* what) {
     Deviations d;
+    const LightVolume& error = *photons.result.standard_error;
+    const LightField& paths = error.scalars.at("path_count");
     const GridFrame& f = photons.field().frame();
     for (int k = f.min.z; k <= f.max.z; ++k) {
         for (int j = f.min.y; j <= f.max.y; ++j) {
             for (int i = f.min.x; i <= f.max.x; ++i) {
                 const glm::ivec3 v(i, j, k);
-                if (photons.result.path_count->value(v, 0) < 25) continue;
-                d.add(photons.field().irradiance(v), other(v), photons.result.standard_error->value(v, 0));
+                if (paths.value(v, 0) < 25) continue;
+                d.add(photons.field().irradiance(v), other(v), error.field.value(v, 0));
             }
         }
     }

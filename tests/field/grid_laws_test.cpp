@@ -87,6 +87,7 @@ TEST(CheckLaws, HoldForGoodFieldsAndEachFailsOnItsOwnDamage) {
         return fluxField(frame, [](const glm::dvec3& p) { return glm::dvec3(0.1, 0.2, -1 - 0.1 * p.x); });
     };
     for (const LawCheck& law : checkLaws(good())) EXPECT_TRUE(law.holds) << law.name << ' ' << law.value;
+    EXPECT_TRUE(brokenLaws(good()).empty());
 
     const glm::ivec3 voxel(2, -3, 1);
     const int offset = NeededVoxels::offsetInLeaf(voxel);
@@ -104,6 +105,9 @@ TEST(CheckLaws, HoldForGoodFieldsAndEachFailsOnItsOwnDamage) {
         ASSERT_EQ(laws.size(), damages.size());
         for (std::size_t l = 0; l < laws.size(); ++l)
             EXPECT_EQ(laws[l].holds, l != d) << laws[l].name << ' ' << laws[l].value;
+        const auto broken = brokenLaws(field);
+        ASSERT_EQ(broken.size(), 1u);
+        EXPECT_EQ(broken[0].name, laws[d].name);
     }
 }
 

@@ -95,7 +95,8 @@ const Arrows& arrows() {
         {"file", {"image", "field", "format"}},
         {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics", "paths"}},  // eye rays meet what light does
-        {"cli", {"methods", "scene", "field", "file", "picture", "image"}},
+        {"baker", {"methods", "scene", "field", "file", "simd"}},  // file: how a volume is going to be stored
+        {"cli", {"baker", "methods", "scene", "field", "file", "picture", "image"}},
     };
     return table;
 }
@@ -236,6 +237,50 @@ std::vector<Breach> missingReadmes(const fs::path& root) {
         if (text.find(". ") == std::string::npos && text.find(".\n") == std::string::npos) {
             breaches.push_back(
                 {folder.generic_string(), 0, "has no README.md with a sentence that says what belongs in it"});
+        }
+    }
+    return breaches;
+}
+
+namespace {
+
+/// The rows' names, as `Method xMethod() { return {"x", ...` gives them.
+std::set<std::string> methodNames(const fs::path& root) {
+    static const std::regex row(R"re(Method\s+\w+Method\(\)\s*\{\s*return\s*\{\s*"(\w+)")re");
+    std::set<std::string> names;
+    if (!fs::is_directory(root / "bake/methods")) return names;
+    for (const auto& entry : fs::directory_iterator(root / "bake/methods")) {
+        const std::string text = contentsOf(entry.path());
+        for (std::sregex_iterator it(text.begin(), text.end(), row), end; it != end; ++it) names.insert((*it)[1].str());
+    }
+    return names;
+}
+
+}  // namespace
+
+std::vector<Breach> namedMethods(const fs::path& root) {
+    static const std::set<std::string> everyday = {"wave"};
+    static const std::regex literal_or_comment(R"re("(?:[^"\\]|\\.)*"|//.*$)re");
+    std::vector<Breach> breaches;
+    for (const std::string& name : methodNames(root)) {
+        const std::regex named(everyday.count(name)
+                                   ? "^\"" + name + "\"$|\\b" + name + "\\.[a-z]|\\bmethods? '?" + name + "\\b"
+                                   : "\\b" + name + "\\b");
+        for (const auto& file : sourceFiles(root)) {
+            const std::string path = file.generic_string();
+            const bool ours = path.rfind("bake/", 0) == 0 || path.rfind("runtime/", 0) == 0;
+            if (!ours || !isCpp(file) || path.rfind("bake/methods/", 0) == 0) continue;
+            const auto lines = linesOf(root / file);
+            for (std::size_t i = 0; i < lines.size(); ++i) {
+                const std::string& code = lines[i];
+                if (code.find("#include") != std::string::npos) continue;
+                for (std::sregex_iterator it(code.begin(), code.end(), literal_or_comment), end; it != end; ++it) {
+                    const std::string text = it->str();
+                    if (text.front() == '"' && std::regex_search(text, named))
+                        breaches.push_back({path, static_cast<int>(i) + 1,
+                                            "names the method '" + name + "', which only its row may: " + text});
+                }
+            }
         }
     }
     return breaches;

@@ -46,6 +46,10 @@ std::vector<Breach> longFiles(const std::filesystem::path& root, int limit);
 /// Rooms of bake/ and other named folders without a README.md of at least one sentence.
 std::vector<Breach> missingReadmes(const std::filesystem::path& root);
 
+/// String literals outside bake/methods that name a method of the catalogue. A name that is an everyday word ("wave")
+/// counts where it stands as a method's: alone, before a full stop and an option, or after the word "method".
+std::vector<Breach> namedMethods(const std::filesystem::path& root);
+
 /// Absolute paths of somebody's machine.
 std::vector<Breach> machinePaths(const std::filesystem::path& root);
 

@@ -73,6 +73,8 @@ TEST(House, NoFileIsLongerThan500Lines) { EXPECT_EQ(inWords(longFiles(kSource, 5
 
 TEST(House, EveryRoomSaysWhatItIs) { EXPECT_EQ(inWords(missingReadmes(kSource)), ""); }
 
+TEST(House, NoMethodIsNamedOutsideItsRow) { EXPECT_EQ(inWords(namedMethods(kSource)), ""); }
+
 TEST(House, NoMachinePaths) { EXPECT_EQ(inWords(machinePaths(kSource)), ""); }
 
 TEST(House, TheTreeIsThere) {
@@ -187,6 +189,16 @@ TEST_F(MadeUpHouse, MissingReadmeIsFound) {
     EXPECT_EQ(missingReadmes(root_).size(), 1u);
     write("bake/scene/README.md", "# scene\n\nWhat the artist describes.\n");
     EXPECT_EQ(inWords(missingReadmes(root_)), "");
+}
+
+TEST_F(MadeUpHouse, NamedMethodIsFound) {
+    write("bake/methods/rods.cpp",
+          "Method rodsMethod() {\n    return {\"rods\",\n            \"Rods of light\"};\n}\n");
+    write("bake/methods/wave.cpp", "Method waveMethod() {\n    return {\"wave\", \"use rods\"};\n}\n");
+    write("bake/scene/a.cpp", "// \"rods\" are told here\nthrow Error(\"a wave of 3 m\", \"fishing_rods\");\n");
+    EXPECT_EQ(inWords(namedMethods(root_)), "");
+    write("bake/cli/a.cpp", "if (name == \"wave\") {}\nsay(\"use rods\");\nsay(\"--set wave.cells=2\");\n");
+    EXPECT_EQ(namedMethods(root_).size(), 3u) << inWords(namedMethods(root_));
 }
 
 TEST_F(MadeUpHouse, MachinePathIsFound) {

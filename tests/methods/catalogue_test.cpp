@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
+#include "bake/scene/setting_names.h"
 #include "tests/methods/photon_scenes.h"
 
 namespace photic {
@@ -103,6 +105,12 @@ TEST(Catalogue, RowsAreComplete) {
         EXPECT_FALSE(m.grids.empty()) << m.name;
         EXPECT_NE(m.refusal, nullptr) << m.name;
         EXPECT_NE(m.bake, nullptr) << m.name;
+        EXPECT_NE(m.cost, nullptr) << m.name;
+        for (const std::string& grid : m.grids) {
+            GridSet set = kNoGrids;
+            EXPECT_TRUE(wantGrid(set, grid)) << m.name << " makes an unknown grid " << grid;
+            EXPECT_FALSE(set.density) << m.name << ": every volume may have density";
+        }
         GivenOptions defaults;
         for (const OptionSpec& o : m.options) {
             EXPECT_FALSE(o.help.empty()) << m.name << '.' << o.name;
@@ -128,6 +136,12 @@ TEST(Catalogue, MethodsAreChosenByName) {
     };
     EXPECT_TRUE(has(message("photon", scene), "did you mean 'photons'"));
     EXPECT_TRUE(has(message("xylophone", scene), "photons"));
+    for (const Method& m : methodCatalogue()) {
+        Scene asked = scene;
+        asked.bake.grids.arrival_time = true;
+        const bool makes = std::find(m.grids.begin(), m.grids.end(), "arrival_time") != m.grids.end();
+        EXPECT_EQ(has(message(m.name, asked), "makes no grid 'arrival_time'"), !makes) << m.name;
+    }
     Scene dark = scene;
     dark.lights.clear();
     EXPECT_TRUE(has(message("photons", dark), "no [[light]]"));

@@ -7,9 +7,7 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "bake/field/scene_grid.h"
-#include "bake/field/scene_needed_voxels.h"
-#include "bake/methods/catalogue.h"
+#include "bake/baker/bake_scene.h"
 #include "bake/scene/load_toml.h"
 #include "photic/runtime_vdb.h"
 
@@ -72,9 +70,8 @@ BakedScene bake(const std::string& text) {
     Monitor monitor;
     Scene scene = loadScene(path.string(), 1, monitor);
     std::filesystem::remove(path);
-    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, sceneFrame(scene), monitor));
-    BakeResult result = chooseMethod("auto", scene).bake(scene, needed, {}, monitor);
-    return {std::move(scene), LightVolume{std::move(result.field), 1000.0, true, true, {}, {}}};
+    LightVolume volume = photic::bakeScene(scene, monitor).volume;
+    return {std::move(scene), std::move(volume)};
 }
 
 runtime::Volume asGameVolume(const LightVolume& volume, NvdbPrecision precision) {

@@ -3,12 +3,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 
-#include "bake/field/scene_grid.h"
-#include "bake/field/scene_needed_voxels.h"
+#include "bake/baker/bake_scene.h"
 #include "bake/file/vdb.h"
-#include "bake/methods/catalogue.h"
 #include "bake/scene/load_toml.h"
 
 static const char* const kScene = R"(
@@ -31,19 +28,15 @@ size = [2.0, 2.0]
 int main() try {
     photic::Monitor monitor;
     const photic::Scene scene = photic::parseScene(kScene, "stranger", ".", 1, monitor);
-    const photic::GridFrame frame = photic::sceneFrame(scene);
-    const auto needed = std::make_shared<const photic::NeededVoxels>(photic::sceneNeededVoxels(scene, frame, monitor));
-    const photic::Method& method = photic::chooseMethod("auto", scene);
-    photic::BakeResult result = method.bake(scene, needed, {}, monitor);
+    const photic::LightVolume volume = photic::bakeScene(scene, monitor).volume;
 
-    const double irradiance = result.field.irradiance({0, 0, -8});
+    const double irradiance = volume.field.irradiance({0, 0, -8});
     const double expected = 1000.0 * (1 - std::pow((1.333 - 1) / (1.333 + 1), 2));
-    std::printf("%s: %.4f W/m2, expected %.4f\n", method.name.c_str(), irradiance, expected);
+    std::printf("%s: %.4f W/m2, expected %.4f\n", volume.metadata.at("method").c_str(), irradiance, expected);
     if (!(std::fabs(irradiance / expected - 1) < 1e-4)) return 1;
 
     // And through a file.
     const auto path = std::filesystem::current_path() / "stranger.vdb";
-    photic::LightVolume volume{std::move(result.field), scene.referenceIrradiance(), true, true, {}, {}};
     photic::writeVdb(path.string(), volume, {});
     const double read_back = photic::readVdb(path.string()).field.irradiance({0, 0, -8});
     std::printf("read back: %.4f W/m2\n", read_back);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bake/cli/post_steps.h"
+#include "bake/baker/post_steps.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "bake/field/caustic_steps.h"
 #include "bake/report/error.h"
 
-namespace photic::cli {
+namespace photic {
 
 namespace {
 
@@ -112,4 +112,4 @@ void causticAsLight(LightVolume& volume) {
     volume.metadata.erase("ledger");
 }
 
-}  // namespace photic::cli
+}  // namespace photic

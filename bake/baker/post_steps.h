@@ -6,7 +6,7 @@
 
 #include "bake/file/vdb.h"
 
-namespace photic::cli {
+namespace photic {
 
 /// @throws Error{Usage} for what is no step, before any work
 void checkPostSteps(const std::vector<std::string>& steps);
@@ -22,4 +22,4 @@ void applyPostSteps(const std::vector<std::string>& steps, LightVolume& volume);
 /// @throws Error{Input} when the volume has no caustic grid or no direction
 void causticAsLight(LightVolume& volume);
 
-}  // namespace photic::cli
+}  // namespace photic

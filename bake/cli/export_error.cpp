@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bake/cli/export_budget.h"
+#include "bake/cli/export_error.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,7 @@
 #include <cmath>
 #include <memory>
 
-#include "bake/field/coarsen.h"
 #include "bake/field/resample.h"
-#include "bake/field/scene_needed_voxels.h"
-#include "bake/file/runtime_size.h"
-#include "bake/file/voxel_box.h"
 #include "bake/file/voxel_encoding.h"
 #include "bake/picture/receiver_picture.h"
 #include "bake/report/error.h"
@@ -21,31 +17,6 @@ namespace photic::cli {
 namespace {
 
 constexpr int kVoxels = LightField::kLeafVoxels;
-
-/// The field's voxels that are in `kept` too.
-LightField restricted(const LightField& field, const NeededVoxels& kept) {
-    NeededVoxels needed = NeededVoxels::none(field.frame());
-    for (int slot = 0; slot < field.leafCount(); ++slot) {
-        if (field.state(slot) == LeafState::Empty) continue;
-        const glm::ivec3 origin = field.needed().leafOrigin(slot);
-        const int other = kept.slotOf(origin);
-        if (other < 0) continue;
-        NeededVoxels::Mask mask = field.needed().mask(slot);
-        for (std::size_t w = 0; w < mask.size(); ++w) mask[w] &= kept.mask(other)[w];
-        needed.addLeaf(origin, mask);
-    }
-    needed.finish();
-    LightField out(std::make_shared<const NeededVoxels>(std::move(needed)), field.channels());
-    forEachLeaf(out.needed(), [&](int slot) {
-        const int from = field.needed().slotOf(out.needed().leafOrigin(slot));
-        if (field.state(from) == LeafState::Constant) {
-            out.setConstant(slot, field.constant(from));
-        } else {
-            std::copy_n(field.dense(from), field.channels().count() * kVoxels, out.makeDense(slot));
-        }
-    });
-    return out;
-}
 
 /// As textures hold it: half floats in units of the reference.
 LightField roundedToHalves(const LightField& field, double reference) {
@@ -138,72 +109,6 @@ Json volumeError(const LightField& source, const LightField& exported) {
 }
 
 }  // namespace
-
-std::vector<ExportPlan> exportPlans(const Scene* scene) {
-    std::vector<ExportPlan> plans;
-    for (const int factor : {1, 2, 4, 8, 16}) {
-        plans.push_back({factor, {}});
-        // A flat receiver's look-ups need a voxel on each side; more is for what moves near it.
-        for (const int band : {8, 4, 2, 1}) {
-            if (scene != nullptr) plans.push_back({factor, band});
-        }
-    }
-    return plans;
-}
-
-std::int64_t gameBytes(const LightVolume& volume, MemoryModel model) {
-    if (model == MemoryModel::Runtime) return runtimeSize(volume).bytes;
-    const glm::ivec3 size = StraightField(volume).box({}).size();
-    return denseTextureBytes(std::int64_t{size.x} * size.y * size.z, volume.field.channels());
-}
-
-LightVolume planned(const LightVolume& volume, const ExportPlan& plan, const Scene* scene, Terminal& terminal) {
-    LightField field = plan.factor > 1 ? coarsened(volume.field, plan.factor, terminal)
-                                       : restricted(volume.field, volume.field.needed());
-    if (plan.band && scene != nullptr) {
-        Scene narrowed = *scene;
-        narrowed.bake.where = Where::Receivers;
-        narrowed.bake.band = *plan.band;
-        field = restricted(field, sceneNeededVoxels(narrowed, field.frame(), terminal));
-    }
-    return {std::move(field), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
-            volume.metadata};
-}
-
-ExportPlan sharedPlan(const LightVolume& volume, ExportPlan plan, const Scene* scene, Terminal& terminal) {
-    if (!plan.band) return plan;
-    plan.shift = glm::ivec3(0);
-    plan.shift = fewestBricksShift(planned(volume, plan, scene, terminal));
-    return plan;
-}
-
-std::size_t fittingPlan(const LightVolume& volume, const std::vector<ExportPlan>& plans, std::size_t first,
-                        std::int64_t budget_bytes, MemoryModel model, const Scene* scene, Terminal& terminal) {
-    const auto everything = static_cast<double>(gameBytes(volume, model));
-    std::int64_t bytes = 0;
-    std::optional<LightVolume> level;  // at the resolution of plans[i], everything kept
-    int level_factor = 0;
-    for (std::size_t i = first; i < plans.size(); ++i) {
-        terminal.checkCancelled();
-        // Coarser voxels save their number at most: what cannot fit is not tried.
-        const bool hopeless =
-            !plans[i].band && everything / std::pow(plans[i].factor, 3) > static_cast<double>(budget_bytes);
-        if (hopeless && i + 1 < plans.size()) continue;
-        terminal.progress("fit", static_cast<double>(i) / static_cast<double>(plans.size()));
-        if (plans[i].factor != level_factor) level.emplace(planned(volume, {plans[i].factor, {}}, scene, terminal));
-        level_factor = plans[i].factor;
-        bytes = plans[i].band ? gameBytes(planned(*level, {1, plans[i].band}, scene, terminal), model)
-                              : gameBytes(*level, model);
-        if (bytes <= budget_bytes) return i;
-    }
-    throw Error(
-        ErrorCode::Input,
-        fmt::format("does not fit: with voxels {} times as wide it still takes {:.2f} MiB, the budget is {:.2f} MiB; "
-                    "raise --budget or bake a smaller domain",
-                    plans.back().factor, static_cast<double>(bytes) / (1 << 20),
-                    static_cast<double>(budget_bytes) / (1 << 20)),
-        "--budget");
-}
 
 Json exportError(const LightVolume& source, const LightVolume& exported, const Scene* scene) {
     LightVolume rounded{roundedToHalves(exported.field, exported.reference_irradiance),

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/baker/bake_cost.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+
+namespace {
+
+// The program itself, its libraries and threads [bytes].
+constexpr double kProgramBytes = 6e7;
+// What any bake takes for its scene, its threads and its files [s].
+constexpr double kSceneSeconds = 0.02;
+// On one thread, measured on a 2.6 GHz server core.
+constexpr double kSecondsAPrefilteredVoxel = 2.1e-8, kSecondsADensityVoxel = 5e-8, kSecondsAWrittenValue = 1.9e-8;
+
+/// Whole bytes of an estimate, which may exceed what an integer holds.
+std::int64_t wholeBytes(double bytes) { return static_cast<std::int64_t>(std::min(bytes, 8e18)); }
+
+}  // namespace
+
+double BakeCost::seconds() const {
+    double sum = 0;
+    for (const Stage& stage : stages) sum += stage.seconds;
+    return sum;
+}
+
+BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
+                  const BakeChoices& choices) {
+    const glm::dvec3 box_leaves = (glm::dvec3(frame.size()) + 7.0) / 8.0 + 1.0;
+    const double table = box_leaves.x * box_leaves.y * box_leaves.z;
+    const double voxels = static_cast<double>(needed ? needed->count() : frame.voxelCount());
+    const double leaves = needed ? needed->leafCount() : table;
+    const GridSet& grids = scene.bake.grids;
+    const int channels = (scene.coloured() ? 3 : 1) + (grids.direction ? 3 : 0);
+    const int scalars = int(grids.caustic) + int(grids.density) + int(grids.arrival_time);
+    const double values = voxels * (channels + scalars);
+    MethodCost own = method.cost({scene, frame, voxels, givenOptions(scene, method)});
+
+    BakeCost cost;
+    cost.needed_voxels = static_cast<std::int64_t>(voxels), cost.leaves = wholeBytes(leaves);
+    cost.file_bytes = wholeBytes(values * (choices.file.half ? 2 : 4));
+    // Field and grids both exist while the file is written; a leaf's place in the tables takes about 100 bytes.
+    const double field = leaves * 512 * 4 * (channels + scalars);
+    const double writing = field + static_cast<double>(cost.file_bytes);
+    cost.memory_bytes = wholeBytes(kProgramBytes + field + table * 4 + leaves * 100 + std::max(own.bytes, writing));
+    cost.dearest = std::move(own.dearest);
+
+    const double threads = threadCount();
+    cost.stages = {{"scene", kSceneSeconds}, {"needed", voxels * 1e-9}};
+    for (const Stage& stage : own.stages) cost.stages.push_back({stage.name, stage.seconds / threads});
+    if (scene.bake.prefilter)
+        cost.stages.push_back({"prefilter", voxels * channels / 4 * kSecondsAPrefilteredVoxel / threads});
+    if (grids.density) cost.stages.push_back({"density", voxels * kSecondsADensityVoxel / threads});
+    // The grids are built and packed on one thread.
+    cost.stages.push_back({"write", values * kSecondsAWrittenValue});
+    return cost;
+}
+
+std::int64_t machineMemory() {
+    std::int64_t bytes = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
+    std::int64_t limit = 0;
+    std::ifstream container("/sys/fs/cgroup/memory.max");  // "max" when there is no limit
+    if (container >> limit && limit > 0) bytes = std::min(bytes, limit);
+    return bytes;
+}
+
+std::int64_t memoryLimit(const BakeChoices& choices) {
+    return choices.max_memory_bytes > 0 ? choices.max_memory_bytes : machineMemory();
+}
+
+void checkMemory(const BakeCost& cost, const BakeChoices& choices) {
+    const std::int64_t limit = memoryLimit(choices);
+    if (cost.memory_bytes <= limit) return;
+    throw Error(
+        ErrorCode::Failed,
+        fmt::format(
+            "the bake would take about {:.3g} GB for {:.4g} voxels, more than the {} of {:.3g} GB; use a larger "
+            "voxel_size, where = \"receivers\" or fewer grids",
+            static_cast<double>(cost.memory_bytes) * 1e-9, static_cast<double>(cost.needed_voxels),
+            choices.max_memory_bytes > 0 ? "--max-memory" : "machine's memory", static_cast<double>(limit) * 1e-9));
+}
+
+}  // namespace photic

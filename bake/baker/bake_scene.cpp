@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/baker/bake_scene.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/common.hpp>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "bake/baker/bake_cost.h"
+#include "bake/baker/post_steps.h"
+#include "bake/baker/report_json.h"
+#include "bake/baker/version.h"
+#include "bake/field/density.h"
+#include "bake/field/grid_laws.h"
+#include "bake/field/prefilter.h"
+#include "bake/field/scene_grid.h"
+#include "bake/field/scene_needed_voxels.h"
+#include "bake/scene/plausibility.h"
+#include "bake/scene/setting_names.h"
+#include "bake/simd/instruction_set.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+
+namespace {
+
+/// Seconds since its start, or since the last call.
+class Stopwatch {
+public:
+    double lap() {
+        const auto now = std::chrono::steady_clock::now();
+        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Hands everything on, and remembers the warnings, each once.
+class RememberingMonitor final : public Monitor {
+public:
+    explicit RememberingMonitor(Monitor& to) : to_(to) {}
+    void progress(std::string_view stage, double fraction) override { to_.progress(stage, fraction); }
+    bool cancelled() const override { return to_.cancelled(); }
+    void warn(const std::string& message) override {
+        {
+            const std::lock_guard lock(mutex_);
+            if (std::find(warnings_.begin(), warnings_.end(), message) != warnings_.end()) return;
+            warnings_.push_back(message);
+        }
+        to_.warn(message);
+    }
+    std::vector<std::string> takeWarnings() { return std::move(warnings_); }
+
+private:
+    Monitor& to_;
+    std::mutex mutex_;
+    std::vector<std::string> warnings_;
+};
+
+/// After how much [m] along x and y the light repeats, or 0: the water does, nothing that blocks breaks it, and a whole
+/// period is in the box.
+glm::dvec2 periodOfLight(const Scene& scene) {
+    if (scene.surfaces.empty()) return glm::dvec2(0);
+    const glm::dvec2 period = scene.surfaces.front().size;
+    for (const Surface& surface : scene.surfaces) {
+        if (!surface.height_field || surface.outside != Outside::Periodic || surface.size != period)
+            return glm::dvec2(0);
+    }
+    for (const Object& object : scene.objects) {
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        if (object.blocks() && (!plane || plane->normal.x != 0 || plane->normal.y != 0)) return glm::dvec2(0);
+    }
+    const glm::dvec2 size(scene.domain.max - scene.domain.min);
+    const double half_voxel = 0.5 * scene.domain.voxel_size;
+    return size.x + half_voxel >= period.x && size.y + half_voxel >= period.y ? period : glm::dvec2(0);
+}
+
+/// Of the medium that the light goes on in: below the first surface that refracts.
+double iorOfMedium(const Scene& scene) {
+    for (const Surface& surface : scene.surfaces) {
+        if (surface.event != SurfaceEvent::Reflect) return surface.ior_below;
+    }
+    return 1.0;
+}
+
+/// A number, or the three of its channels where they differ.
+std::string perChannel(const glm::dvec3& v) {
+    return v.x == v.y && v.y == v.z ? fmt::format("{}", v.x) : fmt::format("[{},{},{}]", v.x, v.y, v.z);
+}
+
+/// What a reader of the volume needs to know of its scene and its bake.
+std::map<std::string, std::string> metadataOf(const Scene& scene, const Method& method, const BakeChoices& choices,
+                                              const BakeResult& result) {
+    std::map<std::string, std::string> metadata{
+        {"version", "1"},
+        {"program", programName()},
+        {"method", method.name},
+        {"options", settingsText(scene, method, choices)},
+        {"paths", nameOf(scene.bake.paths)},
+        {"quadrature", fmt::format("{}", scene.bake.quadrature)},
+        {"prefilter", scene.bake.prefilter ? "true" : "false"},
+        {"reference_irradiance", fmt::format("{}", scene.referenceIrradiance())},
+        {"ior", fmt::format("{}", iorOfMedium(scene))},
+        {"up_axis", "Z"},
+        {"frame", fmt::format("{}", scene.frame)},
+        {"ledger", ledgerText(result.report)},
+        {"scene_hash", inputHash(scene, method, choices)}};
+    if (scene.medium.present()) {
+        metadata["scattering"] = perChannel(scene.medium.scattering);
+        metadata["absorption"] = perChannel(scene.medium.absorption);
+        metadata["anisotropy"] = fmt::format("{}", scene.medium.anisotropy);
+    }
+    if (const glm::dvec2 period = periodOfLight(scene); period != glm::dvec2(0))
+        metadata["period"] = fmt::format("[{},{},0]", period.x, period.y);
+    for (const auto& [name, text] : result.metadata) {
+        if (text.empty()) {
+            metadata.erase(name);
+        } else {
+            metadata[name] = text;
+        }
+    }
+    return metadata;
+}
+
+/// A volume from a result whose field and grids are moved out.
+LightVolume makeVolume(const Scene& scene, std::map<std::string, std::string> metadata, BakeResult& result) {
+    const GridSet& grids = scene.bake.grids;
+    LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {},
+                       std::move(metadata)};
+    if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
+    if (grids.arrival_time && result.arrival_time)
+        volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
+    if (grids.density) volume.scalars.emplace("density", mediumDensity(scene, volume.field.neededPtr()));
+    return volume;
+}
+
+std::optional<LightVolume> makeStandardError(const Method& method, double reference, BakeResult& result) {
+    if (!result.standard_error) return std::nullopt;
+    LightVolume volume{std::move(*result.standard_error), reference, true, false, {}, {}};
+    volume.metadata = {
+        {"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
+    if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
+    return volume;
+}
+
+/// Warns of planar receivers so close to the grid's edge that trilinear look-ups on them lose light: they need a voxel
+/// behind.
+void warnOfReceiversAtTheEdge(const Scene& scene, const GridFrame& frame, Monitor& monitor) {
+    std::vector<std::string> names;
+    const glm::dvec3 middle = frame.worldFromIndex(0.5 * glm::dvec3(frame.min + frame.max));
+    for (const Object& object : scene.objects) {
+        const Plane* plane = std::get_if<Plane>(&object.shape);
+        if (!object.receives() || !plane) continue;
+        // Along the axis that the receiver faces, both neighbours of a look-up must be voxels of the grid. It is met on
+        // the line through the box's middle.
+        const glm::dvec3 facing = frame.indexNormal(plane->normal), size = glm::abs(facing);
+        const int axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
+        const double index =
+            0.5 * (frame.min[axis] + frame.max[axis]) + glm::dot(plane->point - middle, plane->normal) / facing[axis];
+        const bool in_box = index >= frame.min[axis] - 0.5 && index <= frame.max[axis] + 0.5;
+        if (in_box && (index < frame.min[axis] || index > frame.max[axis])) names.push_back(object.name);
+    }
+    if (names.empty()) return;
+    monitor.warn(
+        fmt::format("{} lie{} at the edge of the domain: look-ups there find up to half of the light; extend "
+                    "[domain] by two voxels behind",
+                    fmt::join(names, ", "), names.size() == 1 ? "s" : ""));
+}
+
+/// Says what of the light that is about to be handed on cannot be: the checks of `photic inspect`.
+void warnOfBrokenLaws(const LightVolume& volume, Monitor& monitor) {
+    for (const LawCheck& law : brokenLaws(volume.field)) {
+        monitor.warn(
+            fmt::format("the light breaks the law '{}': {:.3g}, and at most {:.3g} is allowed; please report "
+                        "this scene as a bug",
+                        law.name, law.value, law.limit));
+    }
+}
+
+/// What every method leaves out for the same reasons.
+std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels& needed) {
+    std::vector<std::string> skipped;
+    if (!scene.bake.grids.direction) skipped.emplace_back("direction: not asked for");
+    if (!scene.coloured()) skipped.emplace_back("colour: light and medium are white");
+    if (!needed.isEverything())
+        skipped.push_back(fmt::format("{} voxels that nobody needs", needed.frame().voxelCount() - needed.count()));
+    return skipped;
+}
+
+}  // namespace
+
+BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
+    checkPostSteps(choices.post);
+    RememberingMonitor monitor(caller);
+    Stopwatch watch;
+    const Method& method = chooseMethod(scene.bake.method, scene);
+    const GivenOptions& options = givenOptions(scene, method);
+    checkMethodTables(scene);
+
+    // The box alone may be more than the machine can hold: find out before a table of it is made.
+    constexpr std::int64_t kManyVoxels = 100000000;
+    const GridFrame frame = sceneFrame(scene);
+    if (scene.bake.where == Where::Everywhere && frame.voxelCount() > kManyVoxels)
+        checkMemory(bakeCost(scene, method, frame, nullptr, choices), choices);
+    for (const std::string& warning : sceneWarnings(scene)) monitor.warn(warning);
+    warnOfReceiversAtTheEdge(scene, frame, monitor);
+    monitor.progress("needed", 0);
+    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, monitor));
+    const BakeCost cost = bakeCost(scene, method, frame, needed.get(), choices);
+    checkMemory(cost, choices);
+    if (choices.expect) choices.expect(cost.stages);
+    monitor.progress("needed", 1);
+    const double needed_seconds = watch.lap();
+
+    BakeResult result = method.bake(scene, needed, options, monitor);
+    monitor.checkCancelled();
+    watch.lap();
+    BakeReport& report = result.report;
+    report.reference_irradiance = scene.referenceIrradiance();
+    report.needed_voxels = needed->count();
+    report.threads = threadCount();
+    report.instruction_set = name(bestInstructionSet());
+    report.seconds.insert(report.seconds.begin(), {"needed", needed_seconds});
+    const std::vector<std::string> skipped = skippedByAsking(scene, *needed);
+    report.skipped.insert(report.skipped.begin(), skipped.begin(), skipped.end());
+    if (scene.bake.prefilter) {
+        monitor.progress("prefilter", 0);
+        prefilterForTrilinear(result.field);
+        report.seconds.emplace_back("prefilter", watch.lap());
+        monitor.progress("prefilter", 1);
+    }
+    report.field_bytes = result.field.bytes();
+
+    std::optional<LightVolume> standard_error = makeStandardError(method, scene.referenceIrradiance(), result);
+    monitor.progress("density", 0);
+    LightVolume volume = makeVolume(scene, metadataOf(scene, method, choices, result), result);
+    if (scene.bake.grids.density) report.seconds.emplace_back("density", watch.lap());
+    applyPostSteps(choices.post, volume);
+    warnOfBrokenLaws(volume, monitor);
+    report.warnings = monitor.takeWarnings();
+    monitor.checkCancelled();
+    return {std::move(volume), std::move(report), std::move(standard_error)};
+}
+
+}  // namespace photic

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "bake/report/bake_report.h"
+#include "bake/scene/scene.h"
+
+namespace photic {
+
+nlohmann::ordered_json toJson(const PowerLedger& ledger);
+nlohmann::ordered_json toJson(const PathLedger& ledger);
+nlohmann::ordered_json toJson(const OptionValue& value);
+/// All of a bake's report (docs/schemas/report.md), without the scene's part.
+nlohmann::ordered_json toJson(const BakeReport& report);
+
+/// Both ledgers as the `ledger` metadata holds them.
+std::string ledgerText(const BakeReport& report);
+/// The ledgers of a `ledger` metadata. @throws Error{Input} when it is not one
+void readLedger(const std::string& text, PowerLedger& power, PathLedger& path);
+
+/// Text of a document: names that are not UTF-8 are made so, numbers that are not finite become null.
+/// @param indent  spaces a level; -1: one line
+std::string dump(const nlohmann::ordered_json& json, int indent = -1);
+
+}  // namespace photic

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// This file and arguments.cpp alone include CLI11: it takes five seconds to compile.
+#include "bake/cli/verb_options.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "bake/image/colour_map.h"
+#include "bake/methods/catalogue.h"
+#include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
+#include "bake/scene/setting_names.h"
+
+namespace photic::cli {
+
+namespace {
+
+/// "7" or "1-48".
+FrameRange parseFrames(const std::string& text) {
+    FrameRange range;
+    int used = 0;
+    const bool pair = std::sscanf(text.c_str(), "%9d-%9d%n", &range.first, &range.last, &used) == 2 &&
+                      used == static_cast<int>(text.size());
+    if (!pair) {
+        used = 0;
+        if (std::sscanf(text.c_str(), "%9d%n", &range.first, &used) != 1 || used != static_cast<int>(text.size())) {
+            throw Error(ErrorCode::Usage,
+                        fmt::format("'{}' is no range of frames; write --frames 1-48 or --frames 7", text), "--frames");
+        }
+        range.last = range.first;
+    }
+    if (range.first < 0 || range.last < range.first || range.last - range.first >= 1000000) {
+        throw Error(
+            ErrorCode::Usage,
+            fmt::format(
+                "frames {} to {} are no range; the first must be 0 or more and not after the last, at most 1000000",
+                range.first, range.last),
+            "--frames");
+    }
+    return range;
+}
+
+/// One of some words, which its help shows as its value: "bar|json|none".
+void oneOf(CLI::Option* option, const std::vector<std::string>& words) {
+    option->type_name(fmt::format("{}", fmt::join(words, "|")));
+    option->check(CLI::Validator(
+        [words](std::string& text) {
+            if (std::find(words.begin(), words.end(), text) != words.end()) return std::string();
+            const std::string near = nearestName(text, words);
+            return fmt::format("'{}' is none of {}{}", text, fmt::join(words, ", "),
+                               near.empty() ? "" : "; did you mean '" + near + "'?");
+        },
+        ""));
+}
+
+/// NaN passes CLI11's own ranges: no comparison with it is false that should be.
+CLI::Validator notNan() {
+    return CLI::Validator(
+        [](std::string& text) {
+            double value = 0;
+            return CLI::detail::lexical_cast(text, value) && std::isnan(value) ? "a number is wanted, not " + text
+                                                                               : std::string();
+        },
+        "");
+}
+
+/// A number from `least` to `most`, which the help tells.
+void within(CLI::Option* option, double least, double most) { option->check(CLI::Range(least, most))->check(notNan()); }
+
+/// A number above 0, or not below it.
+void positive(CLI::Option* option) { option->check(CLI::PositiveNumber)->check(notNan()); }
+void notNegative(CLI::Option* option) { option->check(CLI::NonNegativeNumber)->check(notNan()); }
+
+/// CLI11 reads "-1" as a size of two to the 64th less one.
+CLI::Validator sizeNotNegative() {
+    return CLI::Validator(
+        [](std::string& text) { return text.starts_with('-') ? "a size is wanted, not " + text : std::string(); }, "");
+}
+
+CLI::Option* value(CLI::Option* option, const char* name) { return option->type_name(name); }
+CLI::Option* repeated(CLI::Option* option) { return option->allow_extra_args(false); }
+
+void addStoredAs(CLI::App& app, VdbOptions& file) {
+    app.add_flag("!--f32", file.half, "Store 32-bit floats instead of half floats");
+}
+
+}  // namespace
+
+void bindBake(CLI::App& app, BakeArguments& a) {
+    value(app.add_option("SCENE", a.scene, "Scene file (.toml)"), "FILE")->required();
+    value(app.add_option("-o,--output", a.output,
+                         "Volume to write (default: the scene's name, .vdb, in the current folder). Folders that it "
+                         "names are made"),
+          "FILE");
+    std::vector<std::string> methods = catalogueNames();
+    methods.insert(methods.begin(), "auto");
+    value(app.add_option("--method", a.method, "Bake method; auto takes the first that can bake the scene"),
+          fmt::format("{}", fmt::join(methods, "|")).c_str());
+    value(app.add_option_function<std::string>(
+              "--frames", [&a](const std::string& text) { a.frames = parseFrames(text); },
+              "Frames of an animated scene, for instance 1-48; writes NAME.0001.vdb ... Unchanged frames are kept"),
+          "A-B");
+    app.add_flag("--force", a.force, "Bake frames again even when their inputs have not changed");
+    app.add_flag("--dry-run", a.dry_run, "Check the inputs and estimate voxels, memory and time; bake nothing");
+    value(app.add_option("--report", a.report_file, "Write the report as JSON to a file"), "FILE");
+    app.add_flag("--json", a.json, "Print the report (or the estimate) as JSON on stdout");
+    value(app.add_option("--voxel-size", a.voxel_size, "Voxel size [m] instead of the scene's"), "METRES");
+    value(app.add_option("--resolution", a.resolution,
+                         "Voxels along the domain's longest side instead of the scene's voxel size"),
+          "N");
+    oneOf(app.add_option("--where", a.where, "Which voxels are baked"), kWhereNames);
+    oneOf(app.add_option("--paths", a.paths, "caustic: light that was refracted or reflected at least once; or all"),
+          kPathsNames);
+    oneOf(app.add_option("--quadrature", a.quadrature,
+                         "Points across a layer of voxels (default: by the slant of the light)"),
+          {"1", "2", "4"});
+    value(app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]"), "VOXELS");
+    app.add_flag_function(
+        "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },
+        "Invert the blur of trilinear look-ups");
+    value(app.add_option("--grids", a.grids,
+                         fmt::format("Grids to write, comma-separated: {}", fmt::join(gridNames(), ", "))),
+          "NAMES")
+        ->delimiter(',');
+    value(repeated(app.add_option("--post", a.post,
+                                  "A step on the caustic grid: sharpen=A,B or dissipate=Z,SPEED (photic help post)")),
+          "STEP");
+    value(repeated(app.add_option("--set", a.set, "An option of a method, as listed below")), "METHOD.OPTION=VALUE");
+    addStoredAs(app, a.file);
+    const std::vector<std::string> compressions{"none", "mask", "blosc", "zip"};
+    oneOf(app.add_option_function<std::string>(
+              "--compression",
+              [&a, compressions](const std::string& name) {
+                  a.file.compression = static_cast<Compression>(
+                      std::find(compressions.begin(), compressions.end(), name) - compressions.begin());
+              },
+              "How the .vdb is packed (default: mask)"),
+          compressions);
+    value(
+        app.add_option("--standard-error", a.standard_error_file,
+                       "Also write the standard error per voxel, as irradiance, to a .vdb, where the method knows it"),
+        "FILE");
+}
+
+std::string methodNotes() {
+    std::string text = "Methods and their options (--set METHOD.OPTION=VALUE, or [bake.METHOD] in the scene):\n";
+    for (const Method& method : methodCatalogue()) {
+        text += fmt::format("  {}: {}\n", method.name, method.summary);
+        for (const OptionSpec& option : method.options) {
+            text += fmt::format("    {}.{}{}: {}\n", method.name, option.name,
+                                option.unit.empty() ? "" : " [" + option.unit + "]", option.help);
+        }
+    }
+    text.pop_back();
+    return text;
+}
+
+void bindInspect(CLI::App& app, InspectArguments& a) {
+    value(app.add_option("VOLUME", a.volume, "Light volume (.vdb)"), "FILE")->required();
+    app.add_flag("--json", a.json, "Print JSON on stdout");
+    app.add_flag("--strict", a.strict, "Exit with 1 when a law does not hold");
+}
+
+void bindCompare(CLI::App& app, CompareArguments& a) {
+    value(app.add_option("A", a.a, "Volume (.vdb) or image (.exr)"), "FILE")->required();
+    value(app.add_option("B", a.b, "The reference, of the same kind"), "FILE")->required();
+    notNegative(
+        value(app.add_option("--max-error", a.max_error, "Exit with 1 above this relative L1 error, for instance 0.01"),
+              "SHARE"));
+    value(app.add_option("--standard-error", a.standard_error,
+                         "Volume of B's standard error: adds chi-squared and z scores"),
+          "FILE");
+    within(value(app.add_option("--bias-allowance", a.bias_allowance, "Relative bias that the scores forgive, 0 to 1"),
+                 "SHARE"),
+           0, 1);
+    value(app.add_option("--difference", a.difference, "Write A - B as a colour-mapped PNG (images only)"), "FILE");
+    app.add_flag("--json", a.json, "Print JSON on stdout");
+}
+
+void bindPicture(CLI::App& app, PictureArguments& a) {
+    value(app.add_option("SCENE", a.scene, "Scene file (.toml)"), "FILE")->required();
+    value(app.add_option("VOLUME", a.volumes, "Volumes baked from it; several with --film-strip"), "FILE")->required();
+    value(app.add_option("-o,--output", a.directory, "Folder for the pictures (default: the current one)"), "FOLDER");
+    value(repeated(app.add_option("--receiver", a.receivers, "Planar receiver to picture (default: all)")), "NAME");
+    value(repeated(app.add_option("--slice", a.slices, "A layer of voxels, for instance z=-0.5 [m]")), "AXIS=METRES");
+    oneOf(repeated(app.add_option("--xray", a.xrays, "Mean along an axis (default: y)")), {"x", "y", "z"});
+    within(
+        value(app.add_option("--resolution", a.resolution, "Texels along a receiver's longer side, 1 to 16384"), "N"),
+        1, 16384);
+    positive(value(app.add_option("--exposure", a.exposure, "Brightness of the display pictures"), "FACTOR"));
+    positive(value(app.add_option("--max", a.max, "Top of the colour bar [W/m2] (default: from the picture)"), "W/M2"));
+    oneOf(app.add_option("--colour-map", a.colour_map, "Colours of the mapped pictures"), colourMapNames());
+    app.add_flag("--film-strip", a.film_strip, "One picture with all volumes side by side, of each thing asked for");
+    within(value(app.add_option("--columns", a.columns, "Pictures a row of a film strip, 1 to 1000"), "N"), 1, 1000);
+    app.add_flag("--view", a.view, "Also a perspective view of the lit scene through its water");
+    app.add_flag("--view-only", a.view_only, "Only that view");
+    value(app.add_option("--eye", a.eye, "Camera position [m], written --eye=-2,-3,2"), "X,Y,Z");
+    value(app.add_option("--target", a.target, "Point looked at [m]"), "X,Y,Z");
+    within(value(app.add_option("--fov", a.field_of_view_deg, "Field of view [degrees], 1 to 150"), "DEGREES"), 1, 150);
+    value(app.add_option("--size", a.size, "Size of the view, for instance 960x640"), "WIDTHxHEIGHT");
+    within(value(app.add_option("--samples", a.samples, "Samples a side and pixel of the view, 1 to 16"), "N"), 1, 16);
+    notNegative(value(app.add_option("--tiles", a.tile_size, "Draw tiles of this size [m] on receivers in the view"),
+                      "METRES"));
+    notNegative(
+        value(app.add_option("--shafts", a.shafts, "Scattering [1/m] shown in the view instead of the medium's"),
+              "PER_METRE"));
+    within(value(app.add_option("--shafts-g", a.shaft_anisotropy, "Anisotropy of that scattering, -0.99 to 0.99"), "G"),
+           -0.99, 0.99);
+    oneOf(app.add_option("--look", a.look,
+                         "cutaway: open sides, straight eye rays; natural: solid sides, eye rays refract"),
+          {"cutaway", "natural"});
+    app.add_flag("!--no-surface", a.show_surface, "Look through the water surface as if it were not there");
+}
+
+void bindExport(CLI::App& app, ExportArguments& a) {
+    value(app.add_option("VOLUME", a.volumes, "Light volume (.vdb); several are frames, laid out alike"), "FILE")
+        ->required();
+    value(app.add_option(
+              "-o,--output", a.output,
+              "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a "
+              "volume"),
+          "FILE")
+        ->required();
+    const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half},
+                                                          {"float", NvdbPrecision::Float}};
+    oneOf(app.add_option_function<std::string>(
+              "--precision", [&a, precisions](const std::string& name) { a.precision = precisions.at(name); },
+              "Of an .nvdb (default: half)"),
+          {"half", "float"});
+    const std::map<std::string, NvdbCodec> codecs{
+        {"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
+    oneOf(app.add_option_function<std::string>(
+              "--codec", [&a, codecs](const std::string& name) { a.codec = codecs.at(name); },
+              "Of an .nvdb (default: blosc); the run-time library reads all but zip"),
+          {"none", "zip", "blosc"});
+    value(app.add_option("--budget", a.budget_mb,
+                         "Memory that a volume may take in a game: leaves out what it must, and says what that costs"),
+          "MIB");
+    value(app.add_option(
+              "--scene", a.scene,
+              "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there"),
+          "FILE");
+    value(app.add_option("--sequence", a.sequence,
+                         "All volumes of the sequence that VOLUME... are a part of: parts that are exported apart then "
+                         "share one box, and one --budget"),
+          "FILE");
+    value(app.add_option("--box", a.box,
+                         "Of .ktx2, .dds, .vf and .exr: corners [m] of what they hold, instead of the voxels with "
+                         "light; written --box=-1,-1,-2,1,1,0"),
+          "X,Y,Z,X,Y,Z");
+    app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
+}
+
+void bindPost(CLI::App& app, PostArguments& a) {
+    value(app.add_option("VOLUME", a.volume, "Light volume (.vdb) with a grid 'caustic'"), "FILE")->required();
+    value(app.add_option("-o,--output", a.output, "Volume to write"), "FILE")->required();
+    value(repeated(app.add_option(
+              "--step", a.steps,
+              "sharpen=A,B: a * phi^b. dissipate=Z,SPEED: below the height Z [m] each layer is a step of a wave of "
+              "SPEED voxels a layer. Applied in order")),
+          "STEP");
+    app.add_flag("--as-light", a.as_light,
+                 "Make the caustic grid the irradiance, for pictures and readers that want light");
+    addStoredAs(app, a.file);
+}
+
+void bindMethods(CLI::App& app, MethodsArguments& a) { app.add_flag("--json", a.json, "Print JSON on stdout"); }
+
+void bindCompletions(CLI::App& app, TextArguments& a) {
+    oneOf(app.add_option("SHELL", a.shell, "Whose completions"), {"bash", "zsh", "fish"});
+    app.get_option("SHELL")->required();
+}
+void bindMan(CLI::App&, TextArguments&) {}
+
+void bindShared(CLI::App& app, SharedArguments& a) {
+    oneOf(app.add_option("--progress", a.progress,
+                         "On stderr: a bar, JSON lines or nothing (default: a bar on a terminal)"),
+          {"bar", "json", "none"});
+    app.add_flag("-q,--quiet", a.quiet, "Say nothing but warnings and errors");
+    within(value(app.add_option("--threads", a.threads, "Threads; 0 takes all cores. Results don't depend on it"), "N"),
+           0, 1024);
+    value(app.add_option("--max-memory", a.max_memory_bytes, "Refuse or end what takes more memory, for instance 8GB")
+              ->check(sizeNotNegative())
+              ->transform(CLI::AsSizeValue(false)),
+          "SIZE");
+}
+
+}  // namespace photic::cli
