@@ -96,7 +96,7 @@ void poolTable(const std::vector<Row>& rows, Findings& findings) {
         const Case c = poolCase(poolBox(row.n), "beams", {});
         const Timed rays = once(c);
         const WaveTimed wave = bakeOnce(c.scene, {});
-        const FieldError e = fieldError(wave.result.volume.field, rays.result.volume.field);
+        const FieldError e = fieldError(wave.result.field, rays.result.volume.field);
         const WaveCounts& k = wave.run.counts;
         table.add({fmt::format("{}^3", row.n), fmt::format("{:.2f}", wave.seconds),
                    row.paper > 0 ? fmt::format("{:.0f}", row.paper) : "",
@@ -132,7 +132,7 @@ void waves(const Effort& effort, Findings& findings) {
             WaveOptions options;
             options.cells = 8, options.wavelength = wavelength;
             const WaveTimed wave = bakeOnce(ripples.scene(), options);
-            const double error = ripples.error(wave.result.volume.field), exact = ripples.diffraction(wavelength);
+            const double error = ripples.error(wave.result.field), exact = ripples.diffraction(wavelength);
             const auto slope = [&](double from, double to) {
                 return from > 0 ? fmt::format("{:.2f}", std::log(from / to) / std::log(before_length / wavelength))
                                 : "";

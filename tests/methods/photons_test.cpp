@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/methods/photons.h"
+#include "bake/report/error.h"
 
 #include <gtest/gtest.h>
 
@@ -400,7 +401,12 @@ TEST(Photons, SaysWhatItCannotDo) {
     scene.bake.paths = Paths::All;
     EXPECT_NE(method.refusal(scene).find("paths = \"all\""), std::string::npos);
     scene.bake.paths = Paths::Caustic, scene.bake.grids.caustic = true;
-    EXPECT_NE(method.refusal(scene).find("caustic"), std::string::npos);
+    try {
+        chooseMethod("photons", scene);
+        FAIL() << "a grid that the row does not name";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("caustic"), std::string::npos) << error.what();
+    }
     scene.bake.grids.caustic = false, scene.surfaces.push_back(scene.surfaces[0]);
     EXPECT_NE(method.refusal(scene).find("overlap"), std::string::npos);
 }

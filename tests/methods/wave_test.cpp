@@ -17,6 +17,7 @@
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
+#include "tests/methods/wave_pool.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/diffracted_light.h"
 #include "tests/support/wave_light.h"
@@ -192,44 +193,6 @@ TEST(Wave, AbsorptionIsBeersLaw) {
     }
     EXPECT_LT(b.irradiance, 1.1 * a.irradiance);
 }
-
-/// A pool in a box; flat, or with two waves.
-struct Pool {
-    bool flat = true;
-    std::string direction = "[0.3, -0.4, -0.8]";
-    double irradiance = 800, absorption = 0;
-    glm::dvec3 shift{0};
-    std::string extra;
-    std::string toml() const {
-        return fmt::format(R"(photic = 1
-[domain]
-min = [{}, {}, {}]
-max = [{}, {}, {}]
-voxel_size = 0.03125
-[[light]]
-type = "sun"
-direction = {}
-irradiance = {}
-angular_diameter = 0
-[[surface]]
-name = "water"
-kind = "height_field"
-size = [4.0, 4.0]
-center = [{}, {}, {}]
-outside = "flat"
-{}
-[medium]
-absorption = {}
-{}
-)",
-                           -0.5 + shift.x, -0.5 + shift.y, -0.75 + shift.z, 0.5 + shift.x, 0.5 + shift.y,
-                           0.125 + shift.z, direction, irradiance, shift.x, shift.y, shift.z,
-                           flat ? "flat = true"
-                                : "waves = [{ amplitude = 0.02, wavelength = 0.8, direction = 20, phase = 0.4 },\n"
-                                  "         { amplitude = 0.01, wavelength = 0.5, direction = 95, phase = 1.7 }]",
-                           absorption, extra);
-    }
-};
 
 template <class Body>
 void forEachVoxel(const GridFrame& f, Body body) {
@@ -482,24 +445,6 @@ TEST(Wave, ItsAmplitudeIsHarmonicBelowTheSurface) {
             laplacian += std::fabs(xx + zz), curvature += std::fabs(at(i, k));
         }
     EXPECT_LT(laplacian / curvature, 2e-3);
-}
-
-TEST(Wave, CannotBakeWhatItCannot) {
-    const auto refusal = [](const std::string& extra, const std::string& replace = {}, const std::string& with = {}) {
-        std::string toml = Pool{.extra = extra}.toml();
-        if (!replace.empty()) toml.replace(toml.find(replace), replace.size(), with);
-        Monitor monitor;
-        return std::string(waveMethod().refusal(parseScene(toml, "test.toml", ".", 0, monitor)));
-    };
-    EXPECT_EQ(refusal(""), "");
-    EXPECT_EQ(refusal("[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -0.7], normal = [0, 0, 1] }\n"), "");
-    const char* const slope = "[[object]]\nname = \"slope\"\nplane = { point = [0, 0, -0.7], normal = [0, 0.3, 1] }\n";
-    EXPECT_TRUE(has(refusal(slope), "role = \"movable\""));
-    EXPECT_EQ(refusal(std::string(slope) + "role = \"movable\"\n"), "");
-    EXPECT_TRUE(has(refusal("", "outside = \"flat\"", "outside = \"flat\"\nevent = \"reflect\""), "beams"));
-    EXPECT_TRUE(has(refusal("", "voxel_size = 0.03125", "voxel_size = 0.03125\nshear = \"light\""), "shear"));
-    EXPECT_THROW(waveMethod().bake({}, nullptr, {{"cells", {std::int64_t{3}, "test"}}}, *std::make_unique<Monitor>()),
-                 Error);
 }
 
 }  // namespace
