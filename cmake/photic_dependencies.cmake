@@ -21,14 +21,20 @@ if(NOT TARGET photic_openvdb)
   target_link_libraries(photic_openvdb INTERFACE ${PHOTIC_OPENVDB_LIBRARY} TBB::tbb Imath::Imath)
 endif()
 
-# NanoVDB is headers; its two codecs are options of `photic export --codec`.
-find_path(PHOTIC_NANOVDB_INCLUDE nanovdb/NanoVDB.h REQUIRED)
+# What .vdb and .nvdb files are packed with.
 find_library(PHOTIC_ZLIB_LIBRARY z REQUIRED)
 find_library(PHOTIC_BLOSC_LIBRARY blosc REQUIRED)
+if(NOT TARGET photic_codecs)
+  add_library(photic_codecs INTERFACE IMPORTED)
+  target_link_libraries(photic_codecs INTERFACE ${PHOTIC_BLOSC_LIBRARY} ${PHOTIC_ZLIB_LIBRARY})
+endif()
+
+# NanoVDB is headers; its two codecs are options of `photic export --codec`.
+find_path(PHOTIC_NANOVDB_INCLUDE nanovdb/NanoVDB.h REQUIRED)
 if(NOT TARGET photic_nanovdb)
   add_library(photic_nanovdb INTERFACE IMPORTED)
   target_include_directories(photic_nanovdb INTERFACE ${PHOTIC_NANOVDB_INCLUDE})
-  target_link_libraries(photic_nanovdb INTERFACE ${PHOTIC_BLOSC_LIBRARY} ${PHOTIC_ZLIB_LIBRARY})
+  target_link_libraries(photic_nanovdb INTERFACE photic_codecs)
   target_compile_definitions(photic_nanovdb INTERFACE NANOVDB_USE_ZIP NANOVDB_USE_BLOSC)
 endif()
 

@@ -110,8 +110,20 @@ void CheckedFile::fail(int error_number) const {
     throw Error(ErrorCode::Failed,
                 fmt::format("cannot write {}: {} after {} MiB{}; an existing file was left as it was", path(),
                             error_number != 0 ? std::strerror(error_number) : "the file is not what was written",
-                            buffer_.size() >> 20, remedy),
+                            size() >> 20, remedy),
                 path());
+}
+
+void CheckedFile::writeAt(std::int64_t position, const char* data, std::size_t count) {
+    const std::int64_t end = position + static_cast<std::int64_t>(count);
+    while (count > 0) {
+        const ssize_t n = ::pwrite(file_.descriptor(), data, count, position);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) fail(n < 0 ? errno : ENOSPC);
+        data += n, count -= static_cast<std::size_t>(n), position += n;
+    }
+    for (std::int64_t seen = end_; seen < end && !end_.compare_exchange_weak(seen, end);) {
+    }
 }
 
 void CheckedFile::finish() {
@@ -120,7 +132,7 @@ void CheckedFile::finish() {
     if (const int reason = file_.flush()) fail(reason);
     struct stat status {};
     if (::fstat(file_.descriptor(), &status) != 0) fail(errno);
-    if (status.st_size != buffer_.size()) fail(0);
+    if (status.st_size != size()) fail(0);
     finished_ = true;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <ostream>
 #include <streambuf>
@@ -58,7 +60,11 @@ public:
     const std::string& temporaryPath() const { return file_.temporaryPath(); }
     PendingFile& pending() { return file_; }
     bool finished() const { return finished_; }
+    /// Bytes of the file so far, those that are buffered included.
+    std::int64_t size() const { return std::max(buffer_.size(), end_.load()); }
 
+    /// Writes bytes at a place of their own, which the stream leaves alone. Thread-safe. @throws Error{Failed}
+    void writeAt(std::int64_t position, const char* data, std::size_t count);
     /// Flushes to the disk and checks that every byte has arrived; nothing is written after that. @throws Error{Failed}
     void finish();
     /// Overwrites bytes near the file's beginning, after finish(). @throws Error{Failed}
@@ -71,6 +77,7 @@ public:
 private:
     PendingFile file_;
     bool finished_ = false;
+    std::atomic<std::int64_t> end_{0};  // of what writeAt() wrote
     CheckedFileBuffer buffer_;
     std::ostream stream_;
 };

@@ -99,7 +99,7 @@ void OutputSet::write(const std::string& path, std::string_view bytes) {
 
 std::int64_t OutputSet::pendingBytes(const std::string& path) const {
     const auto file = std::find_if(group_.begin(), group_.end(), [&](const auto& f) { return f->path() == path; });
-    return file == group_.end() ? 0 : (*file)->buffer().size();
+    return file == group_.end() ? 0 : (*file)->size();
 }
 
 void OutputSet::commit() {

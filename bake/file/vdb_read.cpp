@@ -1,222 +1,246 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <memory>
 
 #include "bake/field/needed_voxels.h"
 #include "bake/file/vdb.h"
 #include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+#include "bake/volume/byte_cursor.h"
+#include "bake/volume/vdb_bytes.h"
 #include "runtime/format/light_volume_format.h"
 
 namespace photic {
 namespace {
 
 constexpr int kVoxels = LightField::kLeafVoxels;
-constexpr std::uint64_t kLargestTiles = std::uint64_t{1}
-                                        << 26;  // voxels in tiles that are expanded: 1 GiB with direction
+// Voxels in tiles that are expanded: 1 GiB with direction.
+constexpr std::int64_t kLargestTiles = std::int64_t{1} << 26;
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
     throw Error(ErrorCode::Input, fmt::format("cannot read {}: {}", path, why), path);
 }
 
-// All grids of a file. A stream that throws at its end: OpenVDB itself does not look whether a read came up short.
-openvdb::GridPtrVecPtr readGrids(const std::string& path, openvdb::MetaMap::Ptr& meta) {
-    checkReadable(path);
-    std::vector<char> buffer(std::size_t{1} << 17);
-    std::ifstream in;
-    in.rdbuf()->pubsetbuf(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    in.open(path, std::ios::binary);
-    if (!in) refuse(path, fmt::format("{}; give the path of a .vdb file", std::strerror(errno)));
-    std::int32_t magic = 0;
-    if (!in.read(reinterpret_cast<char*>(&magic), sizeof(magic)) || magic != openvdb::OPENVDB_MAGIC)
-        refuse(path, "it is no .vdb file");
-    in.seekg(0);
-    in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
-    try {
-        openvdb::io::Stream stream(in, false);
-        meta = stream.getMetadata();
-        return stream.getGrids();
-    } catch (const std::ios_base::failure&) {
-        refuse(path, "it ends too soon; write or copy it again");
-    } catch (const openvdb::Exception& e) {
-        refuse(path, fmt::format("it is damaged or of an unknown version ({})", e.what()));
-    } catch (const std::bad_alloc&) {
-        refuse(path, "it is damaged, or larger than memory");
-    } catch (const std::length_error&) {
-        refuse(path, "it is damaged");
+// All bytes of a file, read by several threads: a copy out of the system's cache is what it costs.
+class FileBytes {
+public:
+    explicit FileBytes(const std::string& path) {
+        checkReadable(path);
+        const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+        if (descriptor < 0) refuse(path, fmt::format("{}; give the path of a .vdb file", std::strerror(errno)));
+        struct stat status {};
+        const bool known = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+        size_ = known ? static_cast<std::size_t>(status.st_size) : 0;
+        try {
+            data_ = std::make_unique_for_overwrite<char[]>(size_);
+        } catch (const std::bad_alloc&) {
+            ::close(descriptor);
+            refuse(path, "it is larger than memory");
+        }
+        constexpr std::size_t kChunk = std::size_t{4} << 20;
+        std::atomic<bool> whole{known};
+        parallelFor(static_cast<std::int64_t>((size_ + kChunk - 1) / kChunk), [&](std::int64_t i) {
+            const std::size_t first = static_cast<std::size_t>(i) * kChunk;
+            if (!readAll(descriptor, first, std::min(size_, first + kChunk))) whole = false;
+        });
+        ::close(descriptor);
+        if (!whole) refuse(path, known ? "it cannot be read, or changes meanwhile" : "it is no regular file");
     }
-}
+    const char* data() const { return data_.get(); }
+    std::size_t size() const { return size_; }
 
-std::string gridNames(const openvdb::GridPtrVec& grids) {
+private:
+    bool readAll(int descriptor, std::size_t at, std::size_t end) {
+        while (at < end) {
+            const ssize_t n = ::pread(descriptor, data_.get() + at, end - at, static_cast<off_t>(at));
+            if (n < 0 && errno == EINTR) continue;
+            if (n <= 0) return false;
+            at += static_cast<std::size_t>(n);
+        }
+        return true;
+    }
+
+    std::unique_ptr<char[]> data_;
+    std::size_t size_ = 0;
+};
+
+std::string gridNames(const std::vector<VdbGrid>& grids) {
     std::vector<std::string> names;
-    for (const auto& g : grids)
-        names.push_back(fmt::format("{} ({})", g->getName().empty() ? "unnamed" : g->getName(), g->valueType()));
+    for (const auto& g : grids) names.push_back(fmt::format("{} ({})", g.name.empty() ? "unnamed" : g.name, g.type));
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Leaves instead of tiles, as long as they are not too many.
-template <class Grid>
-void expandTiles(const std::string& path, Grid& grid) {
-    const std::uint64_t in_tiles = grid.tree().activeVoxelCount() - grid.tree().activeLeafVoxelCount();
-    if (in_tiles == 0) return;
-    if (in_tiles > kLargestTiles)
-        refuse(path, fmt::format("grid {} holds {} voxels in tiles, more than the {} that are expanded; crop it",
-                                 grid.getName(), in_tiles, kLargestTiles));
-    grid.tree().voxelizeActiveTiles();
-}
-
-GridFrame frameOf(const std::string& path, const openvdb::GridBase& grid) {
-    if (!grid.transform().isLinear())
-        refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.getName()));
-    const auto mat = grid.transform().baseMap()->getAffineMap()->getMat4();
-    GridFrame frame;
-    glm::dmat3 world_from_index;
-    for (int axis = 0; axis < 3; ++axis) world_from_index[axis] = {mat(axis, 0), mat(axis, 1), mat(axis, 2)};
-    frame.setWorldFromIndex(world_from_index);
-    frame.origin_world = {mat(3, 0), mat(3, 1), mat(3, 2)};
+GridFrame frameOf(const std::string& path, const VdbGrid& grid) {
+    if (!grid.transform)
+        refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.name));
+    const GridFrame frame(grid.transform->world_from_index, grid.transform->origin_world);
     if (!(frame.voxelVolume() > 0) || !std::isfinite(frame.voxelVolume()))
-        refuse(path, fmt::format("grid {} has voxels of no volume", grid.getName()));
+        refuse(path, fmt::format("grid {} has voxels of no volume", grid.name));
     return frame;
 }
 
-std::string textOf(const openvdb::Metadata& meta) {
-    // Numbers with all their digits: str() gives six.
-    if (meta.typeName() == openvdb::DoubleMetadata::staticTypeName())
-        return fmt::format("{}", static_cast<const openvdb::DoubleMetadata&>(meta).value());
-    if (meta.typeName() == openvdb::FloatMetadata::staticTypeName())
-        return fmt::format("{}", static_cast<const openvdb::FloatMetadata&>(meta).value());
-    return meta.str();
-}
-
-void readMetadata(const openvdb::MetaMap& from, std::map<std::string, std::string>& to) {
+void readMetadata(const VdbMetadata& from, std::map<std::string, std::string>& to) {
     const std::string prefix = format::kPrefix;
-    for (auto it = from.beginMeta(); it != from.endMeta(); ++it)
-        if (it->first.compare(0, prefix.size(), prefix) == 0) to[it->first.substr(prefix.size())] = textOf(*it->second);
+    for (const auto& [name, text] : from)
+        if (name.compare(0, prefix.size(), prefix) == 0) to[name.substr(prefix.size())] = text;
 }
 
-// The grids that make a light volume; null where there is none.
-struct KnownGrids {
-    openvdb::FloatGrid::Ptr white;
-    openvdb::Vec3SGrid::Ptr coloured, direction;
-    std::map<std::string, openvdb::FloatGrid::Ptr> scalars;
-    std::vector<openvdb::GridBase::Ptr> all;
+/// A grid with the slots that its leaves have in the light field.
+struct KnownGrid {
+    const VdbGrid* grid = nullptr;
+    std::vector<std::int32_t> leaf_of_slot;  ///< -1: none
+    explicit operator bool() const { return grid != nullptr; }
+    /// Its leaf, or null.
+    const VdbLeaf* leafAt(int slot) const {
+        if (grid == nullptr) return nullptr;
+        const std::int32_t leaf = leaf_of_slot[static_cast<std::size_t>(slot)];
+        return leaf < 0 ? nullptr : &grid->leaves[static_cast<std::size_t>(leaf)];
+    }
 };
 
-KnownGrids findGrids(const std::string& path, const openvdb::GridPtrVec& grids) {
-    KnownGrids known;
-    const auto wrongType = [&](const openvdb::GridBase& grid, const char* wanted) {
-        refuse(path, fmt::format("grid {} holds {}, not {}", grid.getName(), grid.valueType(), wanted));
+// The grids that make a light volume; empty where there is none.
+struct KnownGrids {
+    KnownGrid irradiance, direction;
+    std::map<std::string, KnownGrid> scalars;
+    std::vector<KnownGrid*> all;  // in the file's order
+};
+
+// Leaves instead of tiles, as long as they are not too many.
+void expandTiles(const std::string& path, VdbGrid& grid) {
+    if (grid.tiles.empty()) return;
+    if (grid.tileVoxels() > kLargestTiles)
+        refuse(path, fmt::format("grid {} holds {} voxels in tiles, more than the {} that are expanded; crop it",
+                                 grid.name, grid.tileVoxels(), kLargestTiles));
+    grid.expandTiles();
+}
+
+void findGrids(const std::string& path, std::vector<VdbGrid>& grids, KnownGrids& known) {
+    const auto need = [&](const VdbGrid& grid, bool right, const char* wanted) {
+        if (!right) refuse(path, fmt::format("grid {} holds {}, not {}", grid.name, grid.type, wanted));
     };
-    for (const auto& grid : grids) {
-        const std::string name = grid->getName();
-        const auto white = openvdb::GridBase::grid<openvdb::FloatGrid>(grid);
-        const auto vectors = openvdb::GridBase::grid<openvdb::Vec3SGrid>(grid);
-        if (name == format::kIrradiance) {
-            if (!white && !vectors) wrongType(*grid, "float or vec3s");
-            known.white = white, known.coloured = vectors;
-        } else if (name == format::kDirection) {
-            if (!vectors) wrongType(*grid, "vec3s");
-            known.direction = vectors;
-        } else if (name == format::kCaustic || name == format::kArrivalTime || name == format::kDensity) {
-            if (!white) wrongType(*grid, "float");
-            known.scalars[name] = white;
+    for (VdbGrid& grid : grids) {
+        KnownGrid* as = nullptr;
+        if (grid.name == format::kIrradiance) {
+            need(grid, grid.components != 0, "float or vec3s");
+            as = &known.irradiance;
+        } else if (grid.name == format::kDirection) {
+            need(grid, grid.components == 3, "vec3s");
+            as = &known.direction;
+        } else if (grid.name == format::kCaustic || grid.name == format::kArrivalTime ||
+                   grid.name == format::kDensity) {
+            need(grid, grid.components == 1, "float");
+            as = &known.scalars[grid.name];
         } else {
             continue;
         }
-        if (white) expandTiles(path, *white);
-        if (vectors) expandTiles(path, *vectors);
-        known.all.push_back(grid);
+        expandTiles(path, grid);
+        if (!*as) known.all.push_back(as);
+        as->grid = &grid;
     }
-    if (!known.white && !known.coloured && known.scalars.empty())
+    if (!known.irradiance && known.scalars.empty())
         refuse(path, fmt::format("it holds no light: looked for irradiance, density, caustic or arrival_time, found {}",
                                  gridNames(grids)));
-    return known;
 }
 
-template <class Grid>
-void addActive(NeededVoxels& needed, const Grid& grid) {
-    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-        NeededVoxels::Mask mask;
-        for (std::size_t w = 0; w < 8; ++w)
-            mask[w] = leaf->getValueMask().template getWord<std::uint64_t>(static_cast<openvdb::Index>(w));
-        needed.addLeaf({leaf->origin().x(), leaf->origin().y(), leaf->origin().z()}, mask);
-    }
+// Whether two grids have the same leaves in the same order with the same active voxels, as ours always have.
+bool sameLeaves(const VdbGrid& a, const VdbGrid& b) {
+    return std::equal(
+        a.leaves.begin(), a.leaves.end(), b.leaves.begin(), b.leaves.end(),
+        [&](const VdbLeaf& p, const VdbLeaf& q) { return p.origin == q.origin && a.mask(p) == b.mask(q); });
 }
 
-std::shared_ptr<const NeededVoxels> activeVoxels(const std::string& path, const KnownGrids& known) {
-    GridFrame frame = frameOf(path, *known.all.front());
-    openvdb::CoordBBox box;
-    for (const auto& grid : known.all) {
-        const GridFrame other = frameOf(path, *grid);
+std::shared_ptr<const NeededVoxels> activeVoxels(const std::string& path, KnownGrids& known) {
+    const VdbGrid& first = *known.all.front()->grid;
+    GridFrame frame = frameOf(path, first);
+    std::vector<const VdbGrid*> others;  // whose leaves are not the first one's
+    glm::ivec3 low, high;
+    first.activeBox(low, high);
+    for (const KnownGrid* k : known.all) {
+        const GridFrame other = frameOf(path, *k->grid);
         double difference = glm::length(other.origin_world - frame.origin_world);
         for (int a = 0; a < 3; ++a)
             difference = std::max(difference, glm::length(other.worldFromIndex()[a] - frame.worldFromIndex()[a]));
-        if (difference > 1e-6 * std::cbrt(frame.voxelVolume()))
-            refuse(path, fmt::format("grids {} and {} have different transforms; a light volume has one",
-                                     known.all.front()->getName(), grid->getName()));
-        box.expand(grid->evalActiveVoxelBoundingBox());
+        if (!(difference <= 1e-6 * std::cbrt(frame.voxelVolume())))
+            refuse(path, fmt::format("grids {} and {} have different transforms; a light volume has one", first.name,
+                                     k->grid->name));
+        if (k->grid == &first || sameLeaves(first, *k->grid)) continue;
+        others.push_back(k->grid);
+        glm::ivec3 min, max;
+        k->grid->activeBox(min, max);
+        low = glm::min(low, min), high = glm::max(high, max);
     }
-    if (box.empty()) box = openvdb::CoordBBox(openvdb::Coord(0), openvdb::Coord(0));
-    frame.min = {box.min().x(), box.min().y(), box.min().z()},
-    frame.max = {box.max().x(), box.max().y(), box.max().z()};
+    const bool dark = high.x < low.x;
+    frame.min = dark ? glm::ivec3(0) : low, frame.max = dark ? glm::ivec3(0) : high;
     NeededVoxels needed = NeededVoxels::none(frame);
-    if (known.white) addActive(needed, *known.white);
-    if (known.coloured) addActive(needed, *known.coloured);
-    if (known.direction) addActive(needed, *known.direction);
-    for (const auto& [name, grid] : known.scalars) addActive(needed, *grid);
+    for (const VdbLeaf& leaf : first.leaves) needed.addLeaf(leaf.origin, first.mask(leaf));
+    for (const VdbGrid* grid : others)
+        for (const VdbLeaf& leaf : grid->leaves) needed.addLeaf(leaf.origin, grid->mask(leaf));
     needed.finish();
+    for (KnownGrid* k : known.all) {
+        k->leaf_of_slot.assign(static_cast<std::size_t>(needed.leafCount()), -1);
+        for (std::size_t i = 0; i < k->grid->leaves.size(); ++i)
+            if (const int slot = needed.slotOf(k->grid->leaves[i].origin); slot >= 0)
+                k->leaf_of_slot[static_cast<std::size_t>(slot)] = static_cast<std::int32_t>(i);
+    }
     return std::make_shared<const NeededVoxels>(std::move(needed));
 }
 
-const openvdb::FloatGrid::TreeType::LeafNodeType* leafAt(const openvdb::FloatGrid::Ptr& grid, const glm::ivec3& o) {
-    return grid ? grid->constTree().probeConstLeaf(openvdb::Coord(o.x, o.y, o.z)) : nullptr;
-}
-const openvdb::Vec3SGrid::TreeType::LeafNodeType* leafAt(const openvdb::Vec3SGrid::Ptr& grid, const glm::ivec3& o) {
-    return grid ? grid->constTree().probeConstLeaf(openvdb::Coord(o.x, o.y, o.z)) : nullptr;
+// The values of a leaf, channel after channel, times `scale`; 0 where it is not active.
+void readLeaf(const VdbGrid& grid, const VdbLeaf& leaf, float scale, float* out) {
+    float values[3 * kVoxels];
+    grid.values(leaf, values);
+    const auto mask = grid.mask(leaf);
+    const int width = grid.components;
+    for (int i = 0; i < kVoxels; ++i) {
+        const bool active = NeededVoxels::maskBit(mask, i);
+        for (int c = 0; c < width; ++c) out[c * kVoxels + i] = active ? values[i * width + c] * scale : 0.0f;
+    }
 }
 
 void fillLight(LightField& field, const KnownGrids& known, float reference) {
+    const int colours = field.channels().irradiance;
     forEachLeaf(field.needed(), [&](int slot) {
-        const glm::ivec3 origin = field.needed().leafOrigin(slot);
-        const auto* white = leafAt(known.white, origin);
-        const auto* coloured = leafAt(known.coloured, origin);
-        if (white == nullptr && coloured == nullptr) return;
-        const auto* direction = leafAt(known.direction, origin);
-        float* data = field.makeDense(slot);
-        float* flux = data + field.channels().irradiance * kVoxels;
-        for (int i = 0; i < kVoxels; ++i) {
-            const auto n = static_cast<openvdb::Index>(i);
-            float mean = 0;
-            if (white != nullptr && white->isValueOn(n)) mean = data[i] = white->getValue(n) * reference;
-            if (coloured != nullptr && coloured->isValueOn(n)) {
-                const openvdb::Vec3f v = coloured->getValue(n) * reference;
-                for (int c = 0; c < 3; ++c) data[c * kVoxels + i] = v[c];
-                mean = (v[0] + v[1] + v[2]) * (1.0f / 3);
-            }
-            if (direction == nullptr || !direction->isValueOn(n)) continue;
-            const openvdb::Vec3f d = direction->getValue(n);
-            for (int a = 0; a < 3; ++a) flux[a * kVoxels + i] = mean * d[a];
+        const VdbLeaf *irradiance = known.irradiance.leafAt(slot), *direction = known.direction.leafAt(slot);
+        if (irradiance == nullptr) return;
+        bool was_empty = false;
+        float* data = field.makeDenseUninitialised(slot, was_empty);
+        float* flux = data + colours * kVoxels;
+        readLeaf(*known.irradiance.grid, *irradiance, reference, data);
+        if (!field.channels().flux) return;
+        if (direction == nullptr) {
+            std::fill_n(flux, 3 * kVoxels, 0.0f);
+            return;
         }
+        readLeaf(*known.direction.grid, *direction, 1, flux);
+        for (int a = 0; a < 3; ++a)
+            for (int i = 0; i < kVoxels; ++i) {
+                const float mean =
+                    colours == 1 ? data[i] : (data[i] + data[kVoxels + i] + data[2 * kVoxels + i]) * (1.0f / 3);
+                flux[a * kVoxels + i] *= mean;
+            }
     });
 }
 
-LightField scalarField(const openvdb::FloatGrid::Ptr& grid, const std::shared_ptr<const NeededVoxels>& needed) {
+LightField scalarField(const KnownGrid& known, const std::shared_ptr<const NeededVoxels>& needed) {
     LightField field(needed, {1, false});
     forEachLeaf(*needed, [&](int slot) {
-        const auto* leaf = leafAt(grid, needed->leafOrigin(slot));
+        const VdbLeaf* leaf = known.leafAt(slot);
         if (leaf == nullptr) return;
-        float* data = field.makeDense(slot);
-        for (int i = 0; i < kVoxels; ++i)
-            data[i] =
-                leaf->isValueOn(static_cast<openvdb::Index>(i)) ? leaf->getValue(static_cast<openvdb::Index>(i)) : 0.0f;
+        bool was_empty = false;
+        readLeaf(*known.grid, *leaf, 1, field.makeDenseUninitialised(slot, was_empty));
     });
     return field;
 }
@@ -238,31 +262,38 @@ double referenceOf(const std::string& path, const std::map<std::string, std::str
 }  // namespace
 
 LightVolume readVdb(const std::string& path) {
-    openvdb::initialize();
-    openvdb::MetaMap::Ptr file_meta;
-    const openvdb::GridPtrVecPtr grids = readGrids(path, file_meta);
-    const KnownGrids known = findGrids(path, *grids);
+    const FileBytes bytes(path);
+    try {
+        VdbFile file = parseVdb(bytes.data(), bytes.size());
+        KnownGrids known;
+        findGrids(path, file.grids, known);
 
-    // What a grid says wins: files that were merged or cut keep it.
-    std::map<std::string, std::string> metadata;
-    if (file_meta) readMetadata(*file_meta, metadata);
-    for (const auto& grid : known.all) readMetadata(*grid, metadata);
-    if (const auto version = metadata.find("version");
-        version != metadata.end() && std::atoi(version->second.c_str()) > format::kVersion)
-        refuse(path, fmt::format("its format is version {}, this program knows up to {}; use a newer one",
-                                 version->second, format::kVersion));
+        // What a grid says wins: files that were merged or cut keep it.
+        std::map<std::string, std::string> metadata;
+        readMetadata(file.metadata, metadata);
+        for (const KnownGrid* grid : known.all) readMetadata(grid->grid->metadata, metadata);
+        if (const auto version = metadata.find("version");
+            version != metadata.end() && std::atoi(version->second.c_str()) > format::kVersion)
+            refuse(path, fmt::format("its format is version {}, this program knows up to {}; use a newer one",
+                                     version->second, format::kVersion));
 
-    const double reference = referenceOf(path, metadata);
-    const auto needed = activeVoxels(path, known);
-    LightVolume volume{LightField(needed, {known.coloured ? 3 : 1, known.direction != nullptr}),
-                       reference,
-                       known.white || known.coloured,
-                       known.direction != nullptr,
-                       {},
-                       std::move(metadata)};
-    fillLight(volume.field, known, static_cast<float>(reference));
-    for (const auto& [name, grid] : known.scalars) volume.scalars.emplace(name, scalarField(grid, needed));
-    return volume;
+        const double reference = referenceOf(path, metadata);
+        const auto needed = activeVoxels(path, known);
+        const int colours = known.irradiance ? known.irradiance.grid->components : 1;
+        LightVolume volume{LightField(needed, {colours, static_cast<bool>(known.direction)}),
+                           reference,
+                           static_cast<bool>(known.irradiance),
+                           static_cast<bool>(known.direction),
+                           {},
+                           std::move(metadata)};
+        fillLight(volume.field, known, static_cast<float>(reference));
+        for (const auto& [name, grid] : known.scalars) volume.scalars.emplace(name, scalarField(grid, needed));
+        return volume;
+    } catch (const VolumeFault& fault) {
+        refuse(path, fault.what());
+    } catch (const std::bad_alloc&) {
+        refuse(path, "it is larger than memory");
+    }
 }
 
 }  // namespace photic

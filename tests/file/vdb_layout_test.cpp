@@ -171,11 +171,13 @@ TEST(ForeignVdb, WhatIsNoLightVolumeIsRefusedByName) {
     writeForeign(folder / "a.vdb", {named(huge, "irradiance")});
     EXPECT_NE(refusal(folder / "a.vdb").find("tiles"), std::string::npos);
 
-    auto far_apart = openvdb::FloatGrid::create(0);
-    far_apart->tree().setValue(openvdb::Coord(-1000000000), 1);
-    far_apart->tree().setValue(openvdb::Coord(1000000000), 1);
-    writeForeign(folder / "a.vdb", {named(far_apart, "irradiance")});
-    EXPECT_NE(refusal(folder / "a.vdb").find("blocks"), std::string::npos);
+    for (const int far : {500000000, 1000000000}) {
+        auto far_apart = openvdb::FloatGrid::create(0);
+        far_apart->tree().setValue(openvdb::Coord(-far), 1);
+        far_apart->tree().setValue(openvdb::Coord(far), 1);
+        writeForeign(folder / "a.vdb", {named(far_apart, "irradiance")});
+        EXPECT_NE(refusal(folder / "a.vdb").find("blocks"), std::string::npos) << refusal(folder / "a.vdb");
+    }
 
     auto one = openvdb::FloatGrid::create(0), other = openvdb::FloatGrid::create(0);
     one->tree().setValue(openvdb::Coord(0), 1);

@@ -12,6 +12,7 @@
 #include <array>
 #include <csignal>
 #include <functional>
+#include <random>
 
 #include "bake/file/voxel_encoding.h"
 #include "bake/report/error.h"
@@ -216,6 +217,43 @@ TEST(Vdb, EveryTruncationIsRefused) {
         }
     }
     setThreadCount(0);
+}
+
+TEST(Vdb, DamagedFilesAreRefusedOrRead) {
+    const TemporaryFolder folder;
+    setThreadCount(1);
+    std::mt19937 random(99);
+    int refused = 0, read = 0;
+    for (const auto compression : {Compression::None, Compression::Mask, Compression::Blosc, Compression::Zip}) {
+        const LightVolume volume =
+            testVolume(straightFrame({0, 0, 0}, {9, 7, 7}, 0.1), false, [](const glm::ivec3& v) { return v.x != 3; });
+        writeVdb(folder / "whole.vdb", volume, {compression, true});
+        const std::string whole = bytesOf(folder / "whole.vdb");
+        // Half of the changes go to what is not a run of zeros, where the sizes stand.
+        std::vector<std::size_t> telling;
+        for (std::size_t i = 0; i < whole.size(); ++i)
+            if (whole[i] != 0) telling.push_back(i);
+        for (int n = 0; n < 100; ++n) {
+            std::string bytes = whole;
+            for (unsigned changes = 1 + random() % 3; changes > 0; --changes) {
+                const std::size_t at = random() % 2 ? telling[random() % telling.size()] : random() % bytes.size();
+                constexpr unsigned char extreme[] = {0x00, 0x7f, 0x80, 0xff};
+                bytes[at] = static_cast<char>(random() % 2 ? extreme[random() % 4] : random() & 255);
+            }
+            writeBytes(folder / "damaged.vdb", bytes);
+            try {
+                readVdb(folder / "damaged.vdb");
+                ++read;
+            } catch (const Error& e) {
+                EXPECT_EQ(e.code(), ErrorCode::Input);
+                EXPECT_NE(std::string(e.what()).find("damaged.vdb"), std::string::npos);
+                ++refused;
+            }
+        }
+    }
+    setThreadCount(0);
+    EXPECT_GT(refused, 40);
+    EXPECT_GT(read, 40);
 }
 
 TEST(Vdb, WhatCannotBeReadSaysWhy) {

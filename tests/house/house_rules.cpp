@@ -83,16 +83,17 @@ const Arrows& arrows() {
         {"vdb", {"runtime", "file", "field"}},  // runtime/vdb: the baker's reader for tools that use the runtime
         {"runtime", {"format"}},                // what a game links: nothing of the baker
         {"simd", {}},
+        {"volume", {"simd"}},
         {"optics", {}},
         {"image", {}},
-        {"scene", {"image", "simd"}},
+        {"scene", {"image", "simd", "volume"}},
         {"graded", {"scene", "simd"}},
         {"field", {"scene", "optics", "simd"}},  // optics: a sheared grid leans along the refracted light
         {"numerics", {"simd"}},
         {"paths", {"optics", "scene", "field", "simd"}},
         {"tubes", {"paths", "optics", "scene", "field", "simd"}},
         {"deposit", {"tubes", "optics", "field", "simd"}},
-        {"file", {"image", "field", "format"}},
+        {"file", {"image", "field", "simd", "volume", "format"}},
         {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics", "paths"}},  // eye rays meet what light does
         {"baker", {"methods", "scene", "field", "file", "simd"}},  // file: how a volume is going to be stored
@@ -136,7 +137,7 @@ std::vector<Breach> backArrows(const fs::path& root) {
 
 std::vector<Breach> linksAgainstArrows(const fs::path& root) {
     static const std::regex rooms(R"(\bROOMS\s+([a-z0-9_\s]+))"), linked(R"(\bphotic_([a-z0-9_]+))");
-    static const std::set<std::string> not_rooms = {"room",    "test",    "build_flags", "kernels",
+    static const std::set<std::string> not_rooms = {"room",    "test",    "build_flags", "kernels", "codecs",
                                                     "openvdb", "nanovdb", "embree",      "glm"};
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {

@@ -2,9 +2,13 @@
 #include <openvdb/openvdb.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <limits>
+#include <random>
 #include <sstream>
 
+#include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
 #include "tests/scene/scene_texts.h"
 
@@ -136,6 +140,34 @@ TEST_F(IndexVolumes, BadOnesAreRefused) {
         writeGrids({grid});
         refusedIndex(kIndexFile, "s.toml:14:1", {"voxel (1, -2, 3)", "0.01", "100"});
     }
+}
+
+/// Damaged files are refused, or what they say is read: OpenVDB itself writes past its buffers for some of these.
+TEST_F(IndexVolumes, DamagedOnesDoNoHarm) {
+    writeGrids({boxGrid("n")});
+    std::ifstream in(path("index.vdb"), std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    std::mt19937 random(5);
+    int refusals = 0;
+    const auto read = [&](const std::string& bytes) {
+        try {
+            readIndexVolume("index.vdb", bytes, "", 1.333, warnings_);
+        } catch (const Error& e) {
+            EXPECT_EQ(e.code(), ErrorCode::Input);
+            EXPECT_NE(std::string(e.what()).find("index.vdb"), std::string::npos);
+            ++refusals;
+        }
+    };
+    for (int n = 0; n < 300; ++n) {
+        std::string bytes = whole;
+        for (int k = 0; k < 4; ++k)
+            bytes[random() % (n % 2 ? bytes.size() : 1500)] ^= static_cast<char>(1u << random() % 8);
+        read(bytes);
+    }
+    EXPECT_GT(refusals, 50);
+    refusals = 0;
+    for (std::size_t length = 0; length < whole.size(); length += 1 + whole.size() / 200) read(whole.substr(0, length));
+    EXPECT_GE(refusals, 199);
 }
 
 }  // namespace
