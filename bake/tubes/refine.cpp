@@ -93,7 +93,14 @@ double PathComparison::share(const Path& a, const Path& b) const {
 double PathComparison::carries(const Path& a, const Path& b) const {
     const double width = entryWidth(a, b);
     const double across = emission_.plane() ? 1 : std::max({std::fabs(a.facing), std::fabs(b.facing), kLeastFacing});
-    return width * width * across * share(a, b);
+    return width * launchWidth(a, b) * across * share(a, b);
+}
+
+// Where a height field steps, as where waves end and flat water begins, what an edge spans in height stays while it is
+// halved: without this its tubes would never carry little.
+double PathComparison::launchWidth(const Path& a, const Path& b) const {
+    if (emission_.surface().height_field == nullptr) return entryWidth(a, b);
+    return largest(frame_.indexDirection(a.param.position - b.param.position));
 }
 
 double PathComparison::entryWidth(const Path& a, const Path& b) const {

@@ -47,6 +47,8 @@ public:
     double width(const Path& a, const Path& b) const;
     /// Distance between where they meet the first surface [voxels].
     double entryWidth(const Path& a, const Path& b) const;
+    /// The same in the parameters of the launch: of a height field the width of the water beneath, without its height.
+    double launchWidth(const Path& a, const Path& b) const;
     /// Whether both last legs, and what is as far beside them as they are apart, stay outside of the grid.
     bool missesGrid(const Path& a, const Path& b) const;
     /// The larger share of the emitted power that either brings to its last leg; 1 before the first surface.

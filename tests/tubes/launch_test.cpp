@@ -55,6 +55,31 @@ TEST(Launch, AdaptiveAndFixedMeshesCarryTheSamePower) {
     EXPECT_LT(adaptive.totals.corner_rays, fixed.totals.corner_rays);
 }
 
+/// Ripples that end at x = 0, where flat water a quarter of a voxel lower begins.
+class SteppedWater final : public HeightField {
+public:
+    SurfacePoint at(glm::dvec2 p) const override {
+        return p.x < 0 ? ripples_.at(p) : SurfacePoint{{p.x, p.y, -0.0325}, {0, 0, 1}};
+    }
+    double minZ() const override { return -0.04; }
+    double maxZ() const override { return 0.04; }
+    double featureSize() const override { return ripples_.featureSize(); }
+
+private:
+    support::Ripples ripples_{0.01, 20};
+};
+
+/// Each edge across the step spans it however often it is halved: what its tubes carry puts an end to that.
+TEST(Launch, WaterThatEndsInAStepCostsFewTubes) {
+    WaterScene smooth(std::make_shared<support::Ripples>(0.01, 20), {0.1, 0.2, -1});
+    WaterScene stepped(std::make_shared<SteppedWater>(), {0.1, 0.2, -1});
+    for (WaterScene* water : {&smooth, &stepped})
+        water->scene.surfaces[0].outside = Outside::None, water->scene.surfaces[0].size = {0.9, 0.9};
+    const Launched all_waves = launched(smooth, {}), half_flat = launched(stepped, {});
+    EXPECT_LT(half_flat.totals.power.imbalance(), 1e-12);
+    EXPECT_LT(half_flat.totals.corner_rays, 5 * all_waves.totals.corner_rays);
+}
+
 TEST(Launch, ThreadsChangeNothing) {
     WaterScene water(std::make_shared<support::Ripples>(0.02, 6), {0.2, 0.1, -1});
     water.scene.objects = {support::meshObject(support::sphereMesh(12, {0.2, 0.1, -0.9}, 0.25))};
