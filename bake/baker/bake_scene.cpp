@@ -184,6 +184,20 @@ void warnOfBrokenLaws(const LightVolume& volume, Monitor& monitor) {
     }
 }
 
+/// Says what is lost where several beams meet in one voxel, which keeps one direction.
+void warnOfOpposedLight(const Scene& scene, const LightVolume& volume, Monitor& monitor) {
+    // One sun through one surface keeps its direction but for the slopes of the water.
+    if (!volume.has_direction || (scene.lights.size() < 2 && scene.surfaces.size() < 2)) return;
+    constexpr double kWorthSaying = 0.05;
+    const OpposedLight opposed = opposedLight(volume.field);
+    if (opposed.share < kWorthSaying) return;
+    monitor.warn(
+        fmt::format("{:.2g} % of the light lies where rays cross from directions far apart, and a voxel keeps one, "
+                    "their mean: walls along it are handed too little, by up to {:.2g} % of the light that passes; "
+                    "floors are right. For the walls, bake each light into a volume of its own",
+                    100 * opposed.share, 100 * opposed.lost));
+}
+
 /// What every method leaves out for the same reasons.
 std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels& needed) {
     std::vector<std::string> skipped;
@@ -244,6 +258,7 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     if (scene.bake.grids.density) report.seconds.emplace_back("density", watch.lap());
     applyPostSteps(choices.post, volume);
     warnOfBrokenLaws(volume, monitor);
+    warnOfOpposedLight(scene, volume, monitor);
     report.warnings = monitor.takeWarnings();
     monitor.checkCancelled();
     return {std::move(volume), std::move(report), std::move(standard_error)};

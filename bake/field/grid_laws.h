@@ -28,4 +28,14 @@ std::vector<LawCheck> checkLaws(const LightField& field);
 /// Those of checkLaws that do not hold. Cost: where all hold, one pass over the field at the speed of memory.
 std::vector<LawCheck> brokenLaws(const LightField& field);
 
+/// Light that one direction a voxel does not tell: where beams cross, what is kept is the mean of their directions,
+/// shorter the more they differ. A wall along that mean is lit by beams from its side alone, and is handed none of
+/// them.
+struct OpposedLight {
+    double share = 0;  ///< of the light, in voxels whose mean direction is shorter than 0.9
+    double lost = 0;  ///< of the light there, what such a wall is not handed: beams alike and 2 a apart give sin(a) / 2
+};
+/// Of some two thousand leaves, spread over the field.
+OpposedLight opposedLight(const LightField& field);
+
 }  // namespace photic

@@ -91,6 +91,27 @@ TEST(BakeScene, PrefiltersAndTakesSteps) {
     EXPECT_NE(plain.volume.metadata.at("scene_hash"), worked.volume.metadata.at("scene_hash"));
 }
 
+/// Suns from opposite sides add up to light from above: the numbers say how much of it a wall is not handed.
+TEST(BakeScene, SaysWhatOpposedSunsLose) {
+    const auto warned = [](const std::string& direction, double irradiance) -> std::string {
+        Record monitor;
+        bakeScene(poolScene("[[light]]\ntype = \"sun\"\nangular_diameter = 0\ndirection = " + direction +
+                            "\nirradiance = " + std::to_string(irradiance) + "\n"),
+                  monitor);
+        for (const std::string& w : monitor.warnings)
+            if (w.find("rays cross") != std::string::npos) return w;
+        return "";
+    };
+    // The scene's own sun shines along (0.2, 0.1, -0.9).
+    EXPECT_EQ(warned("[0.2, 0.1, -0.9]", 1000), "") << "one direction is all that there is";
+    EXPECT_EQ(warned("[-3, -1.5, -0.9]", 3), "") << "a thousandth changes nothing";
+    const std::string opposed = warned("[-3, -1.5, -0.9]", 3000);
+    EXPECT_NE(opposed, "");
+    double share = 0;
+    ASSERT_EQ(std::sscanf(opposed.c_str(), "%lf %%", &share), 1) << opposed;
+    EXPECT_GT(share, 50) << opposed;
+}
+
 TEST(BakeScene, SaysWhichReceiversLieAtTheEdge) {
     const auto warned = [](double z) {
         Record monitor;

@@ -126,6 +126,50 @@ TEST(Bake, WarnsOfReceiversWithoutAVoxelBehindThem) {
     EXPECT_EQ(inside.err.find("lies at the edge"), std::string::npos) << inside.err;
 }
 
+/// A mesh whose faces are turned over, or agree not with one another, is said while it is baked, and in the report.
+TEST(Bake, WarnsOfFacesThatAreTurnedOver) {
+    const Workplace place;
+    const std::string corners = "v -2 -2 0\nv 2 -2 0\nv 2 2 0.1\nv -2 2 0\n";
+    place.write("up.obj", corners + "f 1 2 3\nf 1 3 4\n");
+    place.write("down.obj", corners + "f 3 2 1\nf 4 3 1\n");
+    place.write("mixed.obj", corners + "f 1 2 3\nf 4 3 1\n");
+    const auto warnings = [&](const std::string& mesh) -> nlohmann::json {
+        PoolText pool;
+        pool.surface = "";
+        std::string text = pool.text();
+        const std::string waves = "kind = \"height_field\"\nsize = [4.0, 4.0]";
+        text.replace(text.find(waves), waves.size(), "kind = \"mesh\"\nfile = \"" + mesh + "\"");
+        place.write("pool.toml", text);
+        const Outcome outcome = photic(place, {"bake", "pool.toml", "--json"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        for (const auto& warning : outcome.json()["warnings"])
+            EXPECT_NE(outcome.err.find("warning: " + warning.get<std::string>()), std::string::npos) << outcome.err;
+        return outcome.json()["warnings"];
+    };
+    EXPECT_EQ(warnings("up.obj").size(), 0U);
+    const nlohmann::json down = warnings("down.obj"), mixed = warnings("mixed.obj");
+    ASSERT_EQ(down.size(), 1U) << down;
+    EXPECT_NE(down[0].get<std::string>().find("100 % of the light"), std::string::npos) << down;
+    ASSERT_EQ(mixed.size(), 1U) << mixed;
+    EXPECT_NE(mixed[0].get<std::string>().find("1 of 2 faces"), std::string::npos) << mixed;
+}
+
+/// Suns from opposite sides: what a voxel's one direction loses is said where the bake says everything else.
+TEST(Bake, WarnsOfOpposedSuns) {
+    const Workplace place;
+    PoolText pool;
+    pool.sun_direction = "[0.7660444431189781, 0.0, -0.6427876096865394]";
+    place.write("one.toml", pool.text());
+    pool.extra =
+        "[[light]]\ntype = \"sun\"\nirradiance = 1000.0\ndirection = [-0.7660444431189781, 0.0, -0.6427876096865394]";
+    place.write("two.toml", pool.text());
+    const Outcome one = photic(place, {"bake", "one.toml"}), two = photic(place, {"bake", "two.toml"});
+    ASSERT_EQ(one.code, 0) << one.err;
+    ASSERT_EQ(two.code, 0) << two.err;
+    EXPECT_EQ(one.err.find("a voxel keeps one"), std::string::npos) << one.err;
+    EXPECT_NE(two.err.find("a voxel keeps one"), std::string::npos) << two.err;
+}
+
 TEST(Bake, ThreadsChangeNothing) {
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());

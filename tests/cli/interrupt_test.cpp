@@ -67,6 +67,37 @@ TEST(Interrupt, MoreMemoryThanIsAllowedEndsTheRun) {
     EXPECT_EQ(place.read("pool.vdb"), before);
 }
 
+/// Tubes without number: what is held is watched while they are laid, too.
+TEST(Interrupt, ARefinementKeepsToTheMemoryThatIsAllowed) {
+    const Workplace place;
+    PoolText pool;
+    pool.voxel_size = 2.0 / 48;
+    place.write("pool.toml", pool.text());
+    const auto start = std::chrono::steady_clock::now();
+    const Outcome outcome = photic(place, {"bake", "pool.toml", "--tolerance", "1e-7", "--max-memory", "75MB"});
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("--max-memory"), std::string::npos) << outcome.err;
+    EXPECT_EQ(place.names(), std::vector<std::string>{"pool.toml"});
+}
+
+/// The same, told to stop: within two seconds on a machine that does nothing else, and here within ten.
+TEST(Interrupt, ARefinementIsStopped) {
+    const Workplace place;
+    PoolText pool;
+    pool.voxel_size = 2.0 / 192;
+    place.write("pool.toml", pool.text());
+    Program program(place, {"bake", "pool.toml", "--tolerance", "1e-7", "--progress=json"});
+    const auto start = std::chrono::steady_clock::now();
+    while (program.errSoFar().find("\"stage\":\"light\"") == std::string::npos &&
+           std::chrono::steady_clock::now() - start < std::chrono::seconds(20))
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    kill(program.pid(), SIGTERM);
+    const auto sent = std::chrono::steady_clock::now();
+    EXPECT_EQ(program.wait().code, 130);
+    EXPECT_LT(std::chrono::steady_clock::now() - sent, std::chrono::seconds(10));
+}
+
 TEST(Interrupt, SigintEndsABakeCleanly) { interruptedBy(SIGINT); }
 TEST(Interrupt, SigtermToo) { interruptedBy(SIGTERM); }
 

@@ -124,5 +124,22 @@ TEST(CheckLaws, RoundingIsNoDamage) {
     }
 }
 
+TEST(OpposedLight, IsToldByTheLengthOfTheMeanDirection) {
+    // Two beams alike, 2 a apart, in a quarter of the box: cos(a) long, and a wall between them gets sin(a) / 2 of
+    // each.
+    for (const double a : {0.0, 0.3, 0.6, 1.2}) {
+        LightField field = fluxField(leaningFrame(1.0 / 16), [](const glm::dvec3&) { return glm::dvec3(0, 0, -1); });
+        for (int slot = 0; slot < field.leafCount(); ++slot) {
+            if (slot % 4 != 0) continue;
+            float* leaf = field.makeDense(slot);
+            for (int i = 0; i < 512; ++i) leaf[3 * 512 + i] = -static_cast<float>(std::cos(a));
+        }
+        const OpposedLight opposed = opposedLight(field);
+        const bool told = std::cos(a) < 0.9;
+        EXPECT_NEAR(opposed.share, told ? 0.25 : 0, 0.01) << a;
+        EXPECT_NEAR(opposed.lost, told ? 0.5 * std::sin(a) : 0, 1e-6) << a;
+    }
+}
+
 }  // namespace
 }  // namespace photic
