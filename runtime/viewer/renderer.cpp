@@ -73,7 +73,8 @@ public:
     Status setStage(const Stage& stage) override {
         stage_ = stage;
         room_.upload(stage.room);
-        surface_.upload(stage.water_surface);
+        solids_.upload(stage.solids);
+        sheets_.upload(stage.sheets);
         has_water_ = !stage.heights.empty() && stage.has_sun;
         map_current_ = false;
         uploadHeights();
@@ -126,7 +127,7 @@ public:
         display_program_.texture("left_texture", 0, targets_.radiance[0]);
         display_program_.texture("right_texture", 1, targets_.radiance[1]);
         // Unfocused light on a receiver reaches half of the curve's range.
-        display_program_.set("exposure", picture.exposure * 1.3f / stage_.reference);
+        display_program_.set("exposure", picture.exposure * 1.3f / (stage_.reference * stage_.level));
         display_program_.set("split", picture.split);
         fullScreen();
         return Done{};
@@ -179,13 +180,14 @@ private:
         stage_program_.set("wall_count", static_cast<float>(stage_.walls.size()));
         stage_program_.set("tolerance", 1e-4f * glm::length(stage_.max - stage_.min));
         room_.draw();
+        glDisable(GL_CULL_FACE);
+        solids_.draw();
         if (picture.ball_radius > 0) {
             stage_program_.set("place", glm::vec4(picture.ball_centre, picture.ball_radius));
             stage_program_.set("base", glm::vec3(0.82f));
             stage_program_.set("tile_size", 0.0f);
             ball_.draw();
         }
-        glDisable(GL_CULL_FACE);
         glDisable(GL_DEPTH_TEST);
     }
 
@@ -208,7 +210,7 @@ private:
         base_program_.texture("normal_texture", 1, targets_.normals);
         base_program_.texture("albedo_texture", 2, targets_.albedo);
         base_program_.set("world_from_clip", matrices.world_from_clip);
-        base_program_.set("ambient", picture.ambient * stage_.reference * glm::vec3(0.85f, 0.95f, 1.0f));
+        base_program_.set("ambient", picture.ambient * stage_.reference * stage_.level * glm::vec3(0.85f, 0.95f, 1.0f));
         base_program_.set("sun_direction", sun);
         base_program_.set("sun_irradiance", stage_.has_sun ? irradiance : glm::vec3(0));
         base_program_.texture("water_texture", 3, height_texture_);
@@ -265,18 +267,21 @@ private:
         return water_->updateCausticMap(map);
     }
 
-    /// The box of water; its sides are where the baked box ends.
+    /// The box of water, or of what scatters; its sides are where the baked box ends.
     void veil(const Picture& picture, const Matrices& matrices, const runtime::Target& target) const {
-        if (stage_.heights.empty()) return;
+        const bool wet = !stage_.heights.empty();
+        if (!wet && picture.scattering == glm::vec3(0)) return;
         glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
         glEnable(GL_BLEND);
-        glBlendFunc(GL_ZERO, GL_SRC_COLOR);
+        // What dims also covers: where nothing lies behind lit water, its light is seen before the background.
+        glBlendFuncSeparate(GL_ZERO, GL_SRC_COLOR, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
         veil_program_.use();
+        veil_program_.set("covers", picture.scattering == glm::vec3(0) ? 0.0f : 1.0f);
         veil_program_.texture("depth_texture", 0, targets_.depth);
         veil_program_.set("world_from_clip", matrices.world_from_clip);
         veil_program_.set("eye", picture.camera.eye);
         veil_program_.set("low", stage_.min);
-        veil_program_.set("high", glm::vec3(stage_.max.x, stage_.max.y, stage_.water.level));
+        veil_program_.set("high", glm::vec3(stage_.max.x, stage_.max.y, wet ? stage_.water.level : stage_.max.z));
         veil_program_.set("extinction", picture.extinction == glm::vec3(0) ? kCleanWater : picture.extinction);
         fullScreen();
         glDisable(GL_BLEND);
@@ -303,7 +308,7 @@ private:
     }
 
     void waterSurface(const Picture& picture, const Matrices& matrices, int side, const glm::vec3& sun) const {
-        if (!picture.surface || surface_.empty()) return;
+        if (!picture.surface || sheets_.empty()) return;
         glBindFramebuffer(GL_FRAMEBUFFER, targets_.surface_framebuffers[side]);
         glEnable(GL_DEPTH_TEST);
         glDepthMask(GL_FALSE);
@@ -314,11 +319,12 @@ private:
         surface_program_.set("place", glm::vec4(0, 0, 0, 1));
         surface_program_.set("eye", picture.camera.eye);
         surface_program_.set("sun_direction", sun);
-        surface_program_.set("sky", 0.25f * stage_.reference / 3.14159265f);
+        surface_program_.set("sky", 0.25f * stage_.reference * stage_.level / 3.14159265f);
+        surface_program_.set("metal", stage_.sheet_reflectance);
         surface_program_.set("low", stage_.min);
         surface_program_.set("high", stage_.max);
         surface_program_.set("ior", stage_.light.ior);
-        surface_.draw();
+        sheets_.draw();
         glDisable(GL_BLEND);
         glDisable(GL_DEPTH_TEST);
         glDepthMask(GL_TRUE);
@@ -331,7 +337,7 @@ private:
     std::array<std::optional<runtime::GpuVolume>, 2> volumes_;
     Stage stage_;
     Program stage_program_, base_program_, veil_program_, surface_program_, display_program_;
-    Mesh room_, surface_, ball_;
+    Mesh room_, solids_, sheets_, ball_;
     Targets targets_;
     GLuint empty_array_ = 0, height_texture_ = 0;
     glm::vec3 extinction_{-1};  ///< that the water has

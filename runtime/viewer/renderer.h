@@ -35,7 +35,7 @@ struct Picture {
     glm::vec3 scattering{0}, extinction{0};  ///< [1/m]
     float anisotropy = 0;
     int steps = 64;          ///< of the march through a medium
-    float tightening = 800;  ///< of the look-up
+    float tightening = 150;  ///< of the look-up
     int warped_step = 3;
     bool surface = true;  ///< show the water's surface
     bool exact = false;   ///< eight-fetch sampling of baked volumes

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "bake/report/error.h"
 #include "bake/report/monitor.h"
@@ -38,6 +40,30 @@ void require(const runtime::Status& status, const char* what) {
     if (!status) throwFailure(what, status.error().message);
 }
 
+/// A volume may be viewed with a scene that has changed since; what cannot be of one bake is worth a word.
+void warnOfAnotherScene(const runtime::Volume& volume, const std::string& path, const Stage& stage) {
+    const auto warn = [&](const std::string& why) {
+        std::fprintf(stderr, "photic view: '%s' seems to be of another scene: %s\n", path.c_str(), why.c_str());
+    };
+    const auto light = static_cast<float>(volume.metadata().reference_irradiance);
+    if (std::abs(light - stage.reference) > 1e-5f * stage.reference)
+        warn(fmt::format("its light has {:.6g} W/m2, the scene's {:.6g}", light, stage.reference));
+    // The box of a grid that leans with the light reaches out of the domain's at its top and bottom.
+    const runtime::Vec3 first = volume.voxelCentre(0, 0, 0), above = volume.voxelCentre(0, 0, 1);
+    if (first.x != above.x || first.y != above.y || volume.litVoxelCount() == 0) return;
+    const runtime::VoxelBox box = volume.litVoxels();
+    for (int corner = 0; corner < 8; ++corner) {
+        const auto pick = [&](int axis) { return (corner >> axis & 1) != 0 ? box.max[axis] : box.min[axis]; };
+        const runtime::Vec3 p = volume.voxelCentre(pick(0), pick(1), pick(2));
+        // A few voxels are all that a bake goes beyond its domain.
+        const glm::vec3 room = 0.1f * (stage.max - stage.min), place(p.x, p.y, p.z);
+        if (glm::all(glm::greaterThan(place, stage.min - room)) && glm::all(glm::lessThan(place, stage.max + room)))
+            continue;
+        warn(fmt::format("it holds light at ({:.3g}, {:.3g}, {:.3g}), outside of the scene's domain", p.x, p.y, p.z));
+        return;
+    }
+}
+
 }  // namespace
 
 void throwFailure(const std::string& where, const std::string& message) {
@@ -62,9 +88,13 @@ void Show::setFrame(int frame) {
     if (!options_.scene.empty()) {
         Messages messages;
         stage_ = stageOf(loadScene(options_.scene, frame, messages));
+        for (std::size_t i = 0; first && i < volumes.size(); ++i)
+            warnOfAnotherScene(volumes[i], options_.volumes[i], stage_);
     } else if (first) {
         stage_ = stageOf(volumes.front());
     }
+    if (first && !volumes.empty()) level_ = lightLevel(volumes.front());
+    stage_.level = level_;
     require(renderer_.setStage(stage_), "stage");
     frame_ = frame;
 }

@@ -29,6 +29,7 @@ private:
     Renderer& renderer_;
     Stage stage_;
     int frame_ = -1;
+    float level_ = 1;  ///< Stage::level of the first frame: what is played does not flicker
 };
 
 /// Draws without a screen and writes `options.screenshot`. @throws Error

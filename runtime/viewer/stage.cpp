@@ -38,28 +38,22 @@ void addMesh(StageTriangles& out, const TriangleMesh& mesh) {
     }
 }
 
-void addWater(Stage& stage, const Surface& surface) {
-    // The light that reaches the box's far bottom comes from beside the box.
-    const glm::vec3 d(stage.light.direction[0], stage.light.direction[1], stage.light.direction[2]);
-    const float depth = std::max(0.0f, static_cast<float>(surface.center.z) - stage.min.z);
-    const float margin = depth * glm::length(glm::vec2(d)) / std::max(0.3f, -d.z) + 0.3f * depth + 0.1f;
-    const glm::vec2 low = glm::vec2(stage.min) - margin, size = glm::vec2(stage.max) + margin - low;
-    stage.heights.resize(static_cast<std::size_t>(kWaterSamples) * kWaterSamples);
-    std::vector<StageVertex> grid(stage.heights.size());
+/// A surface's height field over a rectangle, kWaterSamples a side, row by row.
+std::vector<StageVertex> sampledSurface(const Surface& surface, const glm::vec2& low, const glm::vec2& size) {
+    std::vector<StageVertex> grid(static_cast<std::size_t>(kWaterSamples) * kWaterSamples);
     for (int j = 0; j < kWaterSamples; ++j) {
         for (int i = 0; i < kWaterSamples; ++i) {
             const glm::vec2 place = low + size * (glm::vec2(i, j) + 0.5f) / static_cast<float>(kWaterSamples);
             const SurfacePoint p = surfaceAbove(*surface.height_field, glm::dvec3(place, 0));
             const auto k = static_cast<std::size_t>(j) * kWaterSamples + static_cast<std::size_t>(i);
-            stage.heights[k] = static_cast<float>(p.position.z - surface.center.z);
             grid[k] = {{place, p.position.z}, glm::vec3(glm::normalize(p.normal))};
         }
     }
-    stage.water.heights = stage.heights.data();
-    stage.water.columns = stage.water.rows = kWaterSamples;
-    for (int axis = 0; axis < 2; ++axis) stage.water.corner[axis] = low[axis], stage.water.size[axis] = size[axis];
-    stage.water.level = static_cast<float>(surface.center.z);
-    // The sheet that is seen ends at the box.
+    return grid;
+}
+
+/// The sheet that is seen: it ends at the box.
+void addSheet(Stage& stage, const std::vector<StageVertex>& grid) {
     const auto inside = [&](const StageVertex& v) {
         return v.position.x >= stage.min.x && v.position.y >= stage.min.y && v.position.x <= stage.max.x &&
                v.position.y <= stage.max.y;
@@ -68,7 +62,70 @@ void addWater(Stage& stage, const Surface& surface) {
         for (std::size_t i = 0; i + 1 < kWaterSamples; ++i) {
             const std::size_t a = j * kWaterSamples + i, b = a + 1, c = a + kWaterSamples, e = c + 1;
             if (!inside(grid[a]) || !inside(grid[e])) continue;
-            for (const std::size_t v : {a, b, e, a, e, c}) stage.water_surface.push_back(grid[v]);
+            for (const std::size_t v : {a, b, e, a, e, c}) stage.sheets.push_back(grid[v]);
+        }
+    }
+}
+
+/// Water that light enters: its sheet, and its heights for live light.
+void addWater(Stage& stage, const Surface& surface) {
+    // The light that reaches the box's far bottom comes from beside the box.
+    const glm::vec3 d(stage.light.direction[0], stage.light.direction[1], stage.light.direction[2]);
+    const float depth = std::max(0.0f, static_cast<float>(surface.center.z) - stage.min.z);
+    const float margin = depth * glm::length(glm::vec2(d)) / std::max(0.3f, -d.z) + 0.3f * depth + 0.1f;
+    const glm::vec2 low = glm::vec2(stage.min) - margin, size = glm::vec2(stage.max) + margin - low;
+    const std::vector<StageVertex> grid = sampledSurface(surface, low, size);
+    stage.heights.reserve(grid.size());
+    for (const StageVertex& v : grid) stage.heights.push_back(v.position.z - static_cast<float>(surface.center.z));
+    stage.water.heights = stage.heights.data();
+    stage.water.columns = stage.water.rows = kWaterSamples;
+    for (int axis = 0; axis < 2; ++axis) stage.water.corner[axis] = low[axis], stage.water.size[axis] = size[axis];
+    stage.water.level = static_cast<float>(surface.center.z);
+    addSheet(stage, grid);
+}
+
+/// Every surface that bends or reflects light: the first water that light enters also lights what is below it.
+void addSurfaces(Stage& stage, const Scene& scene) {
+    for (const Surface& surface : scene.surfaces) {
+        if (surface.event == SurfaceEvent::Mirror) {
+            stage.sheet_reflectance = static_cast<float>((surface.colour.x + surface.colour.y + surface.colour.z) / 3);
+        }
+        if (surface.mesh) {
+            addMesh(stage.sheets, *surface.mesh);
+            continue;
+        }
+        if (!surface.height_field) continue;
+        stage.light.ior = static_cast<float>(surface.ior_below / surface.ior_above);
+        const bool entered = surface.event == SurfaceEvent::Refract || surface.event == SurfaceEvent::Both;
+        if (entered && stage.heights.empty()) {
+            addWater(stage, surface);
+        } else {
+            addSheet(stage, sampledSurface(surface, glm::vec2(stage.min), glm::vec2(stage.max - stage.min)));
+        }
+    }
+}
+
+/// A rectangle, as far as light arrives: cells at whose corners a volume is dark are left out.
+void addLitQuad(StageTriangles& out, const runtime::Volume& volume, const glm::vec3& origin, const glm::vec3& across,
+                const glm::vec3& up) {
+    constexpr int kCells = 160;
+    const glm::vec3 step_x = across / static_cast<float>(kCells), step_y = up / static_cast<float>(kCells);
+    std::vector<runtime::Vec3> corners;
+    for (int j = 0; j <= kCells; ++j) {
+        for (int i = 0; i <= kCells; ++i) {
+            const glm::vec3 p = origin + static_cast<float>(i) * step_x + static_cast<float>(j) * step_y;
+            corners.push_back({p.x, p.y, p.z});
+        }
+    }
+    std::vector<runtime::Light> light(corners.size());
+    volume.sample(corners, light);
+    const auto lit = [&](int i, int j) {
+        return light[static_cast<std::size_t>(j) * (kCells + 1) + static_cast<std::size_t>(i)].irradiance.y > 0;
+    };
+    for (int j = 0; j < kCells; ++j) {
+        for (int i = 0; i < kCells; ++i) {
+            if (!lit(i, j) || !lit(i + 1, j) || !lit(i, j + 1) || !lit(i + 1, j + 1)) continue;
+            addQuad(out, origin + static_cast<float>(i) * step_x + static_cast<float>(j) * step_y, step_x, step_y);
         }
     }
 }
@@ -97,12 +154,16 @@ Stage stageOf(const Scene& scene) {
     }
     stage.has_sun = sun != nullptr;
     stage.anisotropy = static_cast<float>(scene.medium.anisotropy);
+    const bool cutaway = std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [](const Surface& surface) {
+        return surface.event == SurfaceEvent::Refract || surface.event == SurfaceEvent::Both;
+    });
     for (const Object& object : scene.objects) {
         if (!object.receives()) continue;
         if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape)) {
-            addMesh(stage.room, **mesh);
+            addMesh(stage.solids, **mesh);
         } else {
-            addPlane(stage.room, scene, object);
+            // Only around water that is looked into from outside a wall may hide what is behind it.
+            addPlane(cutaway ? stage.room : stage.solids, scene, object);
             const auto& plane = std::get<Plane>(object.shape);
             if (object.blocks() && stage.walls.size() < 8) {
                 stage.walls.emplace_back(glm::vec3(plane.normal),
@@ -110,11 +171,7 @@ Stage stageOf(const Scene& scene) {
             }
         }
     }
-    for (const Surface& surface : scene.surfaces) {
-        if (!surface.height_field || surface.event == SurfaceEvent::Reflect || !stage.heights.empty()) continue;
-        stage.light.ior = static_cast<float>(surface.ior_below / surface.ior_above);
-        addWater(stage, surface);
-    }
+    addSurfaces(stage, scene);
     return stage;
 }
 
@@ -140,12 +197,35 @@ Stage stageOf(const runtime::Volume& volume) {
     const runtime::Vec3 a = volume.voxelCentre(0, 0, 0), b = volume.voxelCentre(1, 1, 1);
     const glm::vec3 inset = 2.0f * glm::abs(glm::vec3(b.x - a.x, b.y - a.y, b.z - a.z));
     const glm::vec3 from = low + inset, to = high - inset, size = to - from;
-    addQuad(stage.room, from, {size.x, 0, 0}, {0, size.y, 0});
-    addQuad(stage.room, {to.x, from.y, from.z}, {0, 0, size.z}, {0, size.y, 0});
-    addQuad(stage.room, {from.x, to.y, from.z}, {size.x, 0, 0}, {0, 0, size.z});
+    addLitQuad(stage.room, volume, from, {size.x, 0, 0}, {0, size.y, 0});
+    addLitQuad(stage.room, volume, {to.x, from.y, from.z}, {0, 0, size.z}, {0, size.y, 0});
+    addLitQuad(stage.room, volume, {from.x, to.y, from.z}, {size.x, 0, 0}, {0, 0, size.z});
     stage.target = 0.5f * (low + high);
     stage.eye = stage.target + 1.65f * glm::length(high - low) * glm::normalize(glm::vec3(-0.75f, -0.55f, 0.7f));
     return stage;
+}
+
+float lightLevel(const runtime::Volume& volume) {
+    constexpr int kSamples = 24;  // along each axis of the lit box
+    const runtime::VoxelBox box = volume.litVoxels();
+    std::vector<runtime::Vec3> places;
+    const auto at = [&](int n, int axis) {
+        return box.min[axis] + (box.max[axis] - box.min[axis]) * n / (kSamples - 1);
+    };
+    for (int n = 0; n < kSamples * kSamples * kSamples; ++n) {
+        places.push_back(
+            volume.voxelCentre(at(n % kSamples, 0), at(n / kSamples % kSamples, 1), at(n / kSamples / kSamples, 2)));
+    }
+    std::vector<runtime::Light> light(places.size());
+    volume.sample(places, light);
+    double sum = 0;
+    int lit = 0;
+    for (const runtime::Light& l : light) {
+        if (l.irradiance.y > 0) sum += l.irradiance.y, ++lit;
+    }
+    if (lit == 0) return 1;
+    // Refracted light is a quarter of the reference or more; then all is as bright as ever.
+    return static_cast<float>(std::clamp(4 * sum / lit / volume.metadata().reference_irradiance, 1e-3, 1.0));
 }
 
 StageTriangles ball() {

@@ -32,7 +32,7 @@ void main() {
     for (int i = 0; i < int(wall_count); ++i) {
         if (dot(walls[i].xyz, world) < walls[i].w - tolerance) discard;
     }
-    vec3 n = normalize(world_normal);
+    vec3 n = normalize(world_normal) * (gl_FrontFacing ? 1.0 : -1.0);  // of the side that is seen
     vec3 albedo = base;
     if (tile_size > 0.0) {
         vec2 place = abs(n.x) > 0.7 ? world.yz : abs(n.y) > 0.7 ? world.zx : world.xy;
@@ -87,7 +87,8 @@ uniform sampler2D depth_texture;
 uniform mat4 world_from_clip;
 uniform vec3 eye, low, high;  // of the water's box [m]
 uniform vec3 extinction;      // [1/m]
-out vec4 transmittance;
+uniform float covers;         // 1: what it takes away from the background is opaque; 0: the background is left alone
+out vec4 transmittance;       // a: how much it covers
 void main() {
     float depth = texelFetch(depth_texture, ivec2(gl_FragCoord.xy), 0).r;
     vec4 place = world_from_clip * vec4(uv * 2.0 - 1.0, 2.0 * depth - 1.0, 1.0);
@@ -96,7 +97,8 @@ void main() {
     sight /= limit;
     vec3 a = (low - eye) / sight, b = (high - eye) / sight, enter = min(a, b), leave = max(a, b);
     float start = max(0.0, max(enter.x, max(enter.y, enter.z))), end = min(limit, min(leave.x, min(leave.y, leave.z)));
-    transmittance = vec4(exp(-extinction * max(0.0, end - start)), 1.0);
+    vec3 left = exp(-extinction * max(0.0, end - start));
+    transmittance = vec4(left, covers * (1.0 - dot(left, vec3(1.0 / 3.0))));
 })";
 
 /// The water's surface from either side: the sky in it, laid over what is behind.
@@ -104,7 +106,7 @@ inline constexpr const char* kSurfaceFragment = R"(#version 430 core
 in vec3 world;
 in vec3 world_normal;
 uniform vec3 eye, sun_direction;
-uniform float sky, ior;
+uniform float sky, ior, metal;  // metal: reflectance at any angle; 0: Fresnel's
 uniform vec3 low, high;  // of the box [m]
 out vec4 colour;
 void main() {
@@ -112,7 +114,7 @@ void main() {
     if (dot(sight, n) > 0.0) n = -n;
     float c = -dot(sight, n), g = sqrt(max(0.0, ior * ior - 1.0 + c * c));
     float rs = (c - g) / (c + g), rp = (ior * ior * c - g) / (ior * ior * c + g);
-    float reflectance = 0.5 * (rs * rs + rp * rp);
+    float reflectance = metal > 0.0 ? metal : 0.5 * (rs * rs + rp * rp);
     vec3 back = reflect(sight, n);
     vec3 seen = sky * mix(vec3(0.85, 0.92, 1.0), vec3(0.30, 0.52, 0.92), sqrt(max(0.0, back.z)));
     // The sun as a lobe of two degrees: its true disc would alias into specks.

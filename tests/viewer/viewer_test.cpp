@@ -128,6 +128,75 @@ TEST_F(Viewer, ShowsAVolumeWithoutItsScene) {
     EXPECT_GT(picture.spread(), 0.05);
 }
 
+/// Means over a box in the middle of a picture.
+double middleOf(const Picture& picture) {
+    double sum = 0;
+    int count = 0;
+    for (int y = 50; y < 70; ++y) {
+        for (int x = 60; x < 100; ++x, ++count) {
+            const auto i = static_cast<std::size_t>(3 * (y * picture.width + x));
+            sum += (picture.values[i] + picture.values[i + 1] + picture.values[i + 2]) / 3;
+        }
+    }
+    return sum / count;
+}
+
+TEST_F(Viewer, LightInTheWaterIsSeenWhereNothingLiesBehind) {
+    // From beside the pool, along its floor, towards the side that has no wall.
+    const std::vector<std::string> across = {"pool.toml", "pool.vdb", "--no-surface",     "--eye=0,5,-0.5",
+                                             "--fov",     "12",       "--target=0,0,-0.5"};
+    const Picture unlit = shot(with(across, {"--shafts", "0.3", "--right", "none"}));
+    if (unlit.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const Picture lit = shot(with(across, {"--shafts", "0.3"}));
+    EXPECT_GT(middleOf(lit), middleOf(unlit) + 0.03);
+}
+
+TEST_F(Viewer, AVolumeAloneHasNoBlackFloor) {
+    const Picture picture = shot({"pool.vdb", "--ambient", "0", "--eye=0,-0.01,5", "--target=0,0,-1", "--fov", "34"});
+    if (picture.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    double darkest = 1;
+    for (const double v : picture.values) darkest = std::min(darkest, v);
+    EXPECT_GT(darkest, 0.05);  // the background begins at 0.07
+}
+
+TEST_F(Viewer, ReflectedLightIsBrightAtFirstSightAndItsMirrorIsDrawn) {
+    place_->write("arch.toml", R"(photic = 1
+[domain]
+min = [-1, -1, 0]
+max = [1, 1, 1.1]
+voxel_size = 0.0625
+[[light]]
+type = "sun"
+direction = [0, 0.5, -0.866]
+[[surface]]
+name = "water"
+kind = "height_field"
+waves = [{ amplitude = 0.01, wavelength = 1.0, direction = 20.0, phase = 0.4 }]
+size = [6, 6]
+event = "reflect"
+ior_below = 1.333
+[[object]]
+name = "arch"
+plane = { point = [0, 0, 1], normal = [0, 0, -1] }
+role = "movable"
+)");
+    const Outcome baked = photic(*place_, {"bake", "arch.toml", "-o", "arch.vdb"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    // Another scene's volume is shown, with a word.
+    const Outcome mixed =
+        photic(*place_, {"view", "arch.toml", "pool.vdb", "--screenshot", "mixed.png", "--size", "64x48"});
+    if (mixed.err.find("no EGL display") == std::string::npos) {
+        EXPECT_EQ(mixed.code, 0) << mixed.err;
+        EXPECT_NE(mixed.err.find("pool.vdb' seems to be of another scene"), std::string::npos) << mixed.err;
+    }
+    const Picture below = shot({"arch.toml", "arch.vdb", "--eye=0,-2,0.1", "--target=0,0,0.9", "--ambient", "0"});
+    if (below.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    EXPECT_GT(middleOf(below), 0.3);
+    // From above: the arch's back, which is drawn, and the water beside it.
+    const std::vector<std::string> above = {"arch.toml", "arch.vdb", "--eye=0,-3,0.6", "--target=0,-0.6,0"};
+    EXPECT_GT(middleOf(shot(above)), middleOf(shot(with(above, {"--no-surface"}))) + 0.02);
+}
+
 TEST_F(Viewer, BallIsLit) {
     const Picture without = shot(with({"pool.toml", "pool.vdb"}, kDown));
     if (without.values.empty()) GTEST_SKIP() << "no GL without a screen here";
