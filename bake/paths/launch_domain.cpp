@@ -12,6 +12,7 @@
 
 #include "bake/optics/snell.h"
 #include "bake/optics/tangent_frame.h"
+#include "bake/scene/not_built.h"
 
 namespace photic {
 namespace {
@@ -179,6 +180,7 @@ LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Ligh
 
 std::string specularRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
+    if (std::string why = gradedRefusal(scene); !why.empty()) return why;
     if (scene.surfaces.empty()) return "the scene has no [[surface]] that could focus light";
     if (scene.index)
         return "light bends on its way through an [[index]], and rays go straight here; choose another method, or "

@@ -69,6 +69,11 @@ IndexVolume::IndexVolume(Samples samples, double medium)
         for (int i = 0; i < 3; ++i) steepest_[a] += step[i] * std::fabs(index_from_world_[a][i]);
 }
 
+IndexVolume::IndexVolume(std::vector<GradedObject> objects)
+    : objects_(std::move(objects)), index_from_world_(1), medium_(1), least_(1), largest_(1) {
+    samples_.size = glm::ivec3(1), samples_.values = {1.0f};
+}
+
 float IndexVolume::sample(int x, int y, int z) const {
     const glm::ivec3 size = samples_.size;
     if (full_)

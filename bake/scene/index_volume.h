@@ -4,6 +4,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,9 +13,26 @@
 
 namespace photic {
 
+class GradedIndex;
+
+/// An object whose index varies in space, in air: a [[medium]] with `index`.
+struct GradedObject {
+    std::string name;
+    std::string where;  ///< file:line of its table, for messages
+    /// One, or three for red, green and blue.
+    std::vector<std::shared_ptr<const GradedIndex>> index{};
+    glm::dvec3 absorption{0}, scattering{0};  ///< per channel [1/m], where the object is
+    double anisotropy = 0;                    ///< Henyey-Greenstein g, -1..1
+    glm::dvec3 extinction() const { return absorption + scattering; }
+    bool coloured() const {
+        const glm::dvec3 t = extinction();
+        return index.size() > 1 || t.x != t.y || t.y != t.z;
+    }
+};
+
 inline constexpr double kLeastIndex = 0.01, kLargestIndex = 100;  ///< that scenes may have
 
-/// A refractive index that varies in space, from samples on an affine grid.
+/// A refractive index that varies in space: of the water, from samples on an affine grid, or of objects in air.
 ///
 /// Between samples: cubic convolution [Keys 1981, a = -1/2], which goes through the samples with a continuous gradient
 /// and is exact for polynomials of second degree; never beyond the least and largest sample. A trilinear index would
@@ -31,6 +49,9 @@ public:
     };
     /// @param medium  n where no sample is
     IndexVolume(Samples samples, double medium);
+    /// Objects in air, in a scene without water; at() and all below it are for samples.
+    explicit IndexVolume(std::vector<GradedObject> objects);
+    const std::vector<GradedObject>& objects() const { return objects_; }
 
     /// n at a place in the world.
     double at(const glm::dvec3& world) const;
@@ -50,6 +71,7 @@ private:
     float sample(int x, int y, int z) const;
 
     Samples samples_;
+    std::vector<GradedObject> objects_;
     glm::dmat3 index_from_world_;
     double medium_, least_, largest_;
     glm::dvec3 steepest_{0};

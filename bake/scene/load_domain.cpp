@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "bake/report/error.h"
+#include "bake/scene/graded_index.h"
+#include "bake/scene/index_volume.h"
 #include "bake/scene/load_parts.h"
 
 namespace photic {
@@ -53,6 +55,10 @@ Bounds3 sceneBounds(const Scene& scene) {
         if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape);
             mesh && object.receives())
             for (const glm::dvec3& p : (*mesh)->positions) box.add(p);
+    if (scene.index)
+        for (const GradedObject& object : scene.index->objects())
+            for (const auto& index : object.index)
+                if (const auto bounds = index->bounds()) box.add(bounds->min), box.add(bounds->max);
     if (box.empty()) return box;
     Bounds3 extended = box;
     for (const Object& object : scene.objects)
@@ -116,6 +122,10 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
     };
     if (!request.has_box) {
         const Bounds3 box = sceneBounds(scene);
+        if (box.empty())
+            throw Error(ErrorCode::Input,
+                        "the scene has no bounds: its media fill the world; give [domain] min and max, in metres",
+                        request.where);
         for (int a = 0; a < 3; ++a)
             if (!(std::fabs(box.min[a]) <= kFarthest && std::fabs(box.max[a]) <= kFarthest))
                 throw Error(

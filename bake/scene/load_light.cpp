@@ -98,14 +98,14 @@ void loadRectangle(const TableReader& table, Light& light) {
 
 }  // namespace
 
-void aimLight(Light& light, const Surface& surface) {
+void aimLight(Light& light, const glm::dvec3& center, const std::string& name) {
     if (!light.position) return;
-    const glm::dvec3 way = surface.center - *light.position;
+    const glm::dvec3 way = center - *light.position;
     const double squared = glm::dot(way, way);
     if (!(squared > 0))
         throw Error(ErrorCode::Input,
                     fmt::format("the light '{}' stands in the centre of '{}', which it is to shine on; move it",
-                                light.name, surface.name),
+                                light.name, name),
                     light.where);
     if (light.type == LightType::Point) light.direction = unitVector(way);
     const double solid = light.type == LightType::Rectangle ? std::numbers::pi : 4 * std::numbers::pi;

@@ -90,12 +90,21 @@ void loadCoefficients(const TableReader& table, Medium& medium, LoadContext& con
     }
 }
 
-Medium loadNamed(const ConfigValue& value, LoadContext& context) {
-    std::vector<std::string> known{"name", "priority"};
+/// A medium by itself: an object whose index varies.
+void addGraded(const TableReader& table, const Medium& medium, LoadContext& context) {
+    for (const std::string& key : kIndexKeys) table.exclusive({"index", key});
+    if (table.has("priority"))
+        table.fail("priority", "'priority' is for media between surfaces; one with 'index' is an object by itself");
+    context.graded.push_back({medium.name, medium.where, loadGradedIndex(*table.find("index"), context),
+                              medium.absorption, medium.scattering, medium.anisotropy});
+}
+
+void loadNamed(const ConfigValue& value, LoadContext& context) {
+    std::vector<std::string> known{"name", "priority", "index"};
     known.insert(known.end(), kCoefficientKeys.begin(), kCoefficientKeys.end());
     known.insert(known.end(), kIndexKeys.begin(), kIndexKeys.end());
     const TableReader table(value, "[[medium]]", known,
-                            {"index", "emission", "phase", "density", "absorption_volume", "anisotropy_volume"});
+                            {"emission", "phase", "density", "absorption_volume", "anisotropy_volume"});
     Medium medium;
     const auto name = table.text("name");
     if (!name) table.missing("name", "\"glass\", or write [medium] for the water alone");
@@ -103,19 +112,23 @@ Medium loadNamed(const ConfigValue& value, LoadContext& context) {
     for (const Medium& other : context.media)
         if (other.name == medium.name)
             table.fail("name", fmt::format("the name '{}' is taken by {}; choose another", medium.name, other.where));
+    for (const GradedObject& other : context.graded)
+        if (other.name == medium.name)
+            table.fail("name", fmt::format("the name '{}' is taken by {}; choose another", medium.name, other.where));
     loadCoefficients(table, medium, context);
+    if (table.has("index")) return addGraded(table, medium, context);
     const auto index = loadRefractiveIndex(table);
-    if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64]");
+    if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;
     medium.priority = static_cast<int>(table.integer("priority", -1000000, 1000000).value_or(0));
-    return medium;
+    context.media.push_back(std::move(medium));
 }
 
 }  // namespace
 
 void loadMedia(const ConfigValue& value, LoadContext& context) {
     if (value.kind == ConfigValue::Kind::Array) {
-        for (const ConfigValue* item : tablesOf(&value, "medium")) context.media.push_back(loadNamed(*item, context));
+        for (const ConfigValue* item : tablesOf(&value, "medium")) loadNamed(*item, context);
         // Of named media "water" is what lies below height fields.
         const auto water =
             std::find_if(context.media.begin(), context.media.end(), [](const Medium& m) { return m.name == "water"; });
@@ -134,6 +147,11 @@ void loadMedia(const ConfigValue& value, LoadContext& context) {
 int mediumNamed(const TableReader& table, const std::string& key, LoadContext& context) {
     const auto name = table.text(key);
     if (!name) return -1;
+    for (const GradedObject& object : context.graded)
+        if (object.name == *name)
+            table.fail(key, fmt::format("the medium '{}' has an index that varies: it is an object by itself, and no "
+                                        "surface's; name one with 'ior'",
+                                        *name));
     const auto found = [&] {
         return std::find_if(context.media.begin(), context.media.end(),
                             [&](const Medium& m) { return m.name == *name; });

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "bake/report/monitor.h"
+#include "bake/scene/index_volume.h"
 #include "bake/scene/mesh_shape.h"
 #include "bake/scene/scene.h"
 #include "bake/scene/spline_field.h"
@@ -25,6 +26,7 @@ struct LoadContext {
     bool animated = false;  ///< something depends on the frame's number other than through a file's name
     std::uint64_t hash = 0xcbf29ce484222325u;      ///< 64-bit FNV-1a of all bytes so far
     std::vector<Medium> media{};                   ///< Scene::media, to which surfaces add "air" where they name it
+    std::vector<GradedObject> graded{};            ///< media whose index varies, which no surface names
     Medium water{};                                ///< Scene::medium
     std::optional<RefractiveIndex> water_index{};  ///< of the water, where its own table gives one
 
@@ -50,9 +52,10 @@ auto placed(const TableReader& table, const std::string& key, const Body& body) 
 std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::string& title);
 
 Light loadLight(const ConfigValue& table, std::size_t number);
-/// Gives a light that has a place the irradiance (and a point the direction) that it has at the surface's centre.
+/// Gives a light that has a place the irradiance (and a point the direction) that it has at the centre of what it
+/// shines on.
 /// @throws Error{Input} when it stands there
-void aimLight(Light& light, const Surface& surface);
+void aimLight(Light& light, const glm::dvec3& center, const std::string& name);
 /// @param domain  footprint for a surface without `size`; null when the file has no box
 Surface loadSurface(const ConfigValue& table, std::size_t number, const Domain* domain, LoadContext& context);
 Object loadObject(const ConfigValue& table, std::size_t number, LoadContext& context);
@@ -64,6 +67,8 @@ void loadMedia(const ConfigValue& value, LoadContext& context);
 int mediumNamed(const TableReader& table, const std::string& key, LoadContext& context);
 /// @param medium  index where the volume holds none
 std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
+/// `index` of a named medium: one, or three for red, green and blue.
+std::vector<std::shared_ptr<const GradedIndex>> loadGradedIndex(const ConfigValue& value, LoadContext& context);
 BakeSettings loadBake(const ConfigValue& table);
 
 /// A mesh file with its `up`, its place in the scene, and `smooth`.

@@ -11,6 +11,7 @@
 
 #include "bake/image/atomic_file.h"
 #include "bake/scene/config_meaning.h"
+#include "bake/scene/graded_index.h"
 #include "bake/scene/load_parts.h"
 
 namespace photic {
@@ -204,12 +205,24 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (scene.lights.empty())
         throw Error(ErrorCode::Input, "the scene has no light; add [[light]] with type = \"sun\" and a direction",
                     name);
-    if (scene.surfaces.empty())
+    if (scene.surfaces.empty() && context.graded.empty())
         throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
-    for (Light& light : scene.lights) aimLight(light, scene.surfaces.front());
+    if (!indices.empty() && (scene.surfaces.empty() || !context.graded.empty()))
+        throw Error(ErrorCode::Input,
+                    "an [[index]] is of the water below a surface, and beside a medium with 'index' is not built; keep "
+                    "one of the two",
+                    indices.front()->where);
+    if (!context.graded.empty()) scene.index = std::make_shared<IndexVolume>(context.graded);
+    if (!scene.surfaces.empty())
+        for (Light& light : scene.lights) aimLight(light, scene.surfaces.front().center, scene.surfaces.front().name);
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
+    if (scene.surfaces.empty()) {
+        const GradedObject& object = context.graded.front();
+        const auto box = object.index.front()->bounds().value_or(WorldBox{scene.domain.min, scene.domain.max});
+        for (Light& light : scene.lights) aimLight(light, 0.5 * (box.min + box.max), object.name);
+    }
 
     if (context.animated) context.hashBytes(fmt::format("frame {}", frame));
     scene.hash = context.hash;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "bake/scene/index_volume.h"
+
 namespace photic {
 namespace {
 
@@ -49,7 +51,16 @@ std::string surfaceNotBuilt(const Scene& scene, const Surface& surface) {
 
 }  // namespace
 
+std::string gradedRefusal(const Scene& scene) {
+    if (!scene.index || scene.index->objects().empty()) return {};
+    return fmt::format(
+        "light bends on its way through the medium '{}', whose index varies, and rays go straight here; choose "
+        "another method, or leave it to method = \"auto\"",
+        scene.index->objects().front().name);
+}
+
 std::string notBuiltYet(const Scene& scene) {
+    if (std::string why = gradedRefusal(scene); !why.empty()) return why;
     for (const Light& light : scene.lights)
         if (std::string why = lightNotBuilt(scene, light); !why.empty()) return why;
     for (const Surface& surface : scene.surfaces)

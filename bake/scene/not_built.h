@@ -11,4 +11,7 @@ namespace photic {
 /// it.
 std::string notBuiltYet(const Scene& scene);
 
+/// Why a method that follows straight rays cannot bake a scene with a medium whose index varies in space, or "".
+std::string gradedRefusal(const Scene& scene);
+
 }  // namespace photic

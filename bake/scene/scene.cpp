@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/scene/index_volume.h"
+
 namespace photic {
 
 double Light::spotFalloff(double cos_to_axis) const {
@@ -36,6 +38,9 @@ bool Scene::coloured() const {
     const auto tinted = [](const Surface& s) {
         return s.event == SurfaceEvent::Mirror && (s.colour.x != s.colour.y || s.colour.y != s.colour.z);
     };
+    if (index)
+        for (const GradedObject& object : index->objects())
+            if (object.coloured()) return true;
     return medium.coloured() || std::any_of(media.begin(), media.end(), coloured) ||
            std::any_of(surfaces.begin(), surfaces.end(), tinted) ||
            std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.coloured(); });
