@@ -15,18 +15,16 @@ namespace {
 
 constexpr double kMostNodes = 1073741824.0;  // 2^30: 4 GiB
 
-/// Samples of a line, in place, to the coefficients of the spline through them [Unser 1999]; beyond the ends the line
-/// goes on as a constant.
-void prefilterLine(std::vector<double>& line) {
-    const double pole = std::sqrt(3.0) - 2;
-    const std::size_t count = line.size();
-    for (double& value : line) value *= 6;
-    // What the causal filter tends to beyond the last sample.
-    const double limit = line[count - 1] / (1 - pole);
-    line[0] /= 1 - pole;
-    for (std::size_t i = 1; i < count; ++i) line[i] += pole * line[i - 1];
-    line[count - 1] = -pole * (limit / (1 - pole) + (line[count - 1] - limit) / (1 - pole * pole));
-    for (std::size_t i = count - 1; i-- > 0;) line[i] = pole * (line[i + 1] - line[i]);
+/// Samples of a line, in place, to the coefficients of the spline through them that goes on straight beyond the ends:
+/// c[i - 1] + 4 c[i] + c[i + 1] = 6 f[i], and c = f at both ends [Unser 1999].
+void prefilterLine(std::vector<double>& line, std::vector<double>& pivots) {
+    const std::size_t last = line.size() - 1;
+    pivots.assign(line.size(), 0);
+    for (std::size_t i = 1; i < last; ++i) {
+        pivots[i] = 1 / (4 - pivots[i - 1]);
+        line[i] = (6 * line[i] - line[i - 1]) * pivots[i];
+    }
+    for (std::size_t i = last; i-- > 1;) line[i] -= pivots[i] * line[i + 1];
 }
 
 }  // namespace
@@ -94,17 +92,36 @@ void SplineIndex::sample(const std::function<double(const glm::dvec3&)>& half_sq
 void SplineIndex::prefilter(int axis) {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;
     parallelFor(nodes_.count[b], [&](std::int64_t j) {
-        std::vector<double> line(static_cast<std::size_t>(nodes_.count[axis]));
+        std::vector<double> line(static_cast<std::size_t>(nodes_.count[axis])), pivots;
         glm::ivec3 at;
         at[b] = static_cast<int>(j);
         for (at[a] = 0; at[a] < nodes_.count[a]; ++at[a]) {
             for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
                 line[static_cast<std::size_t>(at[axis])] = double(coefficients_[flat(at.x, at.y, at.z)]);
-            prefilterLine(line);
+            prefilterLine(line, pivots);
             for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
                 coefficients_[flat(at.x, at.y, at.z)] = static_cast<float>(line[static_cast<std::size_t>(at[axis])]);
         }
     });
+}
+
+double SplineIndex::steepest(int axis, int first, int last) const {
+    glm::ivec3 low(0), high = nodes_.count - 1;
+    low[axis] = std::clamp(first, 0, nodes_.count[axis] - 1), high[axis] = std::clamp(last, 0, nodes_.count[axis] - 1);
+    std::vector<float> most(static_cast<std::size_t>(high.z - low.z + 1), 0.0f);
+    parallelFor(high.z - low.z + 1, [&](std::int64_t layer) {
+        const int z = low.z + static_cast<int>(layer);
+        float step = 0;
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x) {
+                const float here = coefficients_[flat(x, y, z)];
+                if (x < high.x) step = std::max(step, std::fabs(coefficients_[flat(x + 1, y, z)] - here));
+                if (y < high.y) step = std::max(step, std::fabs(coefficients_[flat(x, y + 1, z)] - here));
+                if (z < high.z) step = std::max(step, std::fabs(coefficients_[flat(x, y, z + 1)] - here));
+            }
+        most[static_cast<std::size_t>(layer)] = step;
+    });
+    return double(*std::max_element(most.begin(), most.end()));
 }
 
 IndexSample SplineIndex::at(const glm::dvec3& world) const {

@@ -38,6 +38,9 @@ public:
     double largest() const { return largest_; }
     /// What was done: not Auto.
     SplineFit fit() const { return fit_; }
+    /// Largest step of the coefficients between neighbours in some layers of nodes across an axis, inclusive: how much
+    /// n^2 / 2 may change from a node to the next there.
+    double steepest(int axis, int first, int last) const;
     /// Largest step between neighbouring samples, as a share of the range; 0 without a range.
     double steepest() const { return steepest_; }
     std::int64_t bytes() const { return static_cast<std::int64_t>(coefficients_.size() * sizeof(float)); }

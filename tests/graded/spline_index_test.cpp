@@ -60,6 +60,16 @@ TEST(SplineIndex, GoesThroughItsSamplesUpToTheRim) {
     }
 }
 
+TEST(SplineIndex, GoesOnStraightBeyondTheRim) {
+    // A slope that ends with the nodes must not ring into them.
+    const auto slope = makeLinearSquare(glm::dvec3(0), 1.5, {0.3, -0.2, 0.5}, {});
+    const SplineIndex spline = sampled(*slope, {0.5, 0.5, 0.5}, 1 / 16.0, SplineFit::Through);
+    for (const glm::dvec3 p : {glm::dvec3(-0.43, 0.1, 0.2), {0.43, -0.43, 0.43}, {0, 0.43, -0.43}}) {
+        EXPECT_NEAR(spline.at(p).half_square, slope->at(p).half_square, 1e-6);
+        EXPECT_LT(glm::length(spline.at(p).gradient - slope->at(p).gradient), 2e-5);
+    }
+}
+
 TEST(SplineIndex, ThePlainFitKeepsConstantRegionsConstantBesideAJump) {
     const auto step =
         makeLinearSquare(glm::dvec3(0), 1.5, glm::dvec3(0), WorldBox{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}});
