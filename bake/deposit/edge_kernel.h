@@ -8,6 +8,8 @@
 
 namespace photic {
 
+struct BentRows;
+
 /// A box of voxels that is summed in the cache: up to 64 x 64 columns (u, v), 4, 8 or 16 layers (w) in the lanes.
 ///
 /// `sums` holds, per row v, column u, channel and lane, the change of density from one column to the next; after all
@@ -27,9 +29,11 @@ struct TileSums {
     int rect_min_u = 0, rect_min_v = 0, rect_max_u = 0, rect_max_v = 0;  ///< rectangle of processed tiles around it
     int channels = 4;                                                    ///< irradiance channels + 3 with flux
     float* sums = nullptr;                                               ///< rows x (columns + 1) x channels x lanes
-    double layer_offset = 0.5;    ///< where in the layer the plane lies, 0 entry .. 1 exit (Gauss point)
-    float layer_weight = 1;       ///< of that Gauss point
-    double expected = 0;          ///< sum of power x path length inside the rectangle [W m], owned by this tile
+    double layer_offset = 0.5;  ///< where in the layer the plane lies, 0 entry .. 1 exit (Gauss point)
+    float layer_weight = 1;     ///< of that Gauss point
+    double expected = 0;        ///< sum of power x path length inside the rectangle [W m], owned by this tile
+    const BentRows* bent =
+        nullptr;                  ///< where legs are bent: the corners' places on these layers (bake/tubes/bent_rows.h)
     bool running = true;          ///< sums hold changes along u; false: densities (the scalar kernel)
     std::int64_t degenerate = 0;  ///< tube layers that were clipped one by one
     int cellStride() const { return channels * lanes; }

@@ -8,6 +8,7 @@
 
 #include "bake/deposit/edge_kernel.h"
 #include "bake/simd/lanes.h"
+#include "bake/tubes/bent_rows.h"
 
 namespace photic::PHOTIC_ISA {
 
@@ -15,22 +16,24 @@ constexpr int kMaxCorners = 256;
 constexpr int kMaxTubes = 256;
 
 /// A block's corners and tube densities on the layers of a slab.
-template <class V, int kIrradiance>
+template <class V, int kDensities>
 struct BlockLayers {
     V x[kMaxCorners], y[kMaxCorners];
     V opened[kMaxCorners],
         closed[kMaxCorners];  // how far into a layer the ray starts and ends: 1 where it has all passed
     float least_opened[kMaxCorners], most_closed[kMaxCorners];  // over the lanes
     float min_x[kMaxCorners], max_x[kMaxCorners], min_y[kMaxCorners], max_y[kMaxCorners];
-    V density[kMaxTubes][kIrradiance];
+    V density[kMaxTubes][kDensities];
     bool present[kMaxTubes];
 };
 
-template <class V, int kIrradiance, bool kFlux>
+template <class V, int kIrradiance, bool kFlux, bool kBent>
 class SlabKernel {
     static constexpr int kLanes = laneCount<V>;
     static constexpr int kChannels = kIrradiance + (kFlux ? 3 : 0);
     static constexpr int kCell = kChannels * kLanes;
+    // Bent legs lean differently in each layer: what straight ones have once for all layers is in their densities.
+    static constexpr int kDensities = kBent ? kChannels : kIrradiance;
 
 public:
     SlabKernel(const TubeSet& set, TileSums& tile) : set_(set), tile_(tile) {
@@ -63,10 +66,22 @@ private:
             // The plane lies in the middle of the part between them (or at the Gauss point of it).
             const V from = 1.0f - clampTo(opened, zero, one), to = 1.0f - clampTo(closed, zero, one);
             const V plane = lane + sense * (from + offset * (to - from) - 0.5f);
-            const V x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane -
-                        shift_u_;
-            const V y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane -
-                        shift_v_;
+            V x, y;
+            if constexpr (kBent) {
+                const float* rows = tile_.bent->of(block.first_corner + static_cast<std::uint32_t>(i));
+                const V beyond = plane - lane;  // the middle of the layer
+                x = load<V>(rows + BentRows::kU * BentRows::kLanes) +
+                    load<V>(rows + BentRows::kSlopeU * BentRows::kLanes) * beyond +
+                    (0.5f - static_cast<float>(tile_.u0 - tile_.bent->first_column[0])) - shift_u_;
+                y = load<V>(rows + BentRows::kV * BentRows::kLanes) +
+                    load<V>(rows + BentRows::kSlopeV * BentRows::kLanes) * beyond +
+                    (0.5f - static_cast<float>(tile_.v0 - tile_.bent->first_column[1])) - shift_v_;
+            } else {
+                x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane -
+                    shift_u_;
+                y = static_cast<float>(c.v + c.dv_dw * dw + 0.5 - tile_.v0) + static_cast<float>(c.dv_dw) * plane -
+                    shift_v_;
+            }
             at_.x[i] = x, at_.y[i] = y, at_.opened[i] = opened, at_.closed[i] = closed;
             at_.least_opened[i] = opened[set_.sense > 0 ? 0 : kLanes - 1];
             at_.most_closed[i] = closed[set_.sense > 0 ? kLanes - 1 : 0];
@@ -101,7 +116,10 @@ private:
             V length;
             if (!openLength(c, length)) continue;
             at_.present[t] = any = true;
-            densityOf(tube, block, t, c, length);
+            if constexpr (kBent)
+                bentDensityOf(tube, block, t, c, length);
+            else
+                densityOf(tube, block, t, c, length);
         }
         return any;
     }
@@ -138,29 +156,79 @@ private:
         for (int k = 0; k < kIrradiance; ++k) amount[k] = tube.power[k] * length;
         if (block.extinction != glm::dvec3(0)) attenuate(tube, block, c, length, amount);
 
-        // A sliver's density would drown its neighbours in rounding: clip it by itself instead.
+        const V x[3] = {x0, x1, x2}, y[3] = {y0, y1, y2};
+        const V inverse = withoutSlivers(x, y, area2, length, [&](int l, float* amounts) {
+            float mean = 0;
+            for (int k = 0; k < kIrradiance; ++k) amounts[k] = amount[k][l] * tube.length, mean += amount[k][l];
+            if (kFlux)
+                for (int k = 0; k < 3; ++k) amounts[kIrradiance + k] = mean * (1.0f / kIrradiance) * tube.travel[k];
+        });
+        for (int k = 0; k < kIrradiance; ++k) at_.density[t][k] = amount[k] * inverse;
+        account(x, y, tube.length, amount);
+    }
+
+    // The same where the tube leans differently in each layer: per channel, power x what is left of it x open length x
+    // path per layer, and for flux x direction.
+    void bentDensityOf(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c,
+                       const V& length) {
+        const BentRows& bent = *tile_.bent;
+        const V hu = splat<V>(bent.voxel[0]), hv = splat<V>(bent.voxel[1]), hw = splat<V>(bent.voxel[2]);
+        V slope_u{}, slope_v{}, per_layer{}, lit{}, left[kIrradiance] = {};
+        for (int i = 0; i < 3; ++i) {
+            const float* rows = bent.of(block.first_corner + c[i]);
+            const V u = hu * load<V>(rows + BentRows::kSlopeU * BentRows::kLanes),
+                    v = hv * load<V>(rows + BentRows::kSlopeV * BentRows::kLanes);
+            slope_u = slope_u + u, slope_v = slope_v + v;
+            per_layer = per_layer + squareRoot(u * u + v * v + hw * hw);
+            lit = lit + load<V>(rows + BentRows::kLit * BentRows::kLanes);
+            for (int k = 0; k < kIrradiance; ++k)
+                left[k] = left[k] + load<V>(rows + (BentRows::kLeft + k) * BentRows::kLanes);
+        }
+        constexpr float kThird = 1.0f / 3;
+        V mean{}, amount[kChannels];
+        for (int k = 0; k < kIrradiance; ++k) {
+            amount[k] = (tube.power[k] * kThird * kThird) * left[k] * lit * length;
+            mean = mean + amount[k] * (1.0f / kIrradiance);
+            amount[k] = amount[k] * per_layer * kThird;
+        }
+        if constexpr (kFlux) {
+            const float sense = static_cast<float>(set_.sense);
+            const auto axes = axesFor(set_.axis);
+            amount[kIrradiance + axes[0]] = mean * slope_u * (sense * kThird);
+            amount[kIrradiance + axes[1]] = mean * slope_v * (sense * kThird);
+            amount[kIrradiance + axes[2]] = mean * hw * sense;
+        }
+        const V x[3] = {at_.x[c[0]], at_.x[c[1]], at_.x[c[2]]}, y[3] = {at_.y[c[0]], at_.y[c[1]], at_.y[c[2]]};
+        const V e1x = x[1] - x[0], e1y = y[1] - y[0], e2x = x[2] - x[0], e2y = y[2] - y[0];
+        const V area2 = differenceOfProducts(e1x, e2y, e2x, e1y);
+        const V inverse = withoutSlivers(x, y, area2, length, [&](int l, float* amounts) {
+            for (int k = 0; k < kChannels; ++k) amounts[k] = amount[k][l];
+        });
+        for (int k = 0; k < kChannels; ++k) at_.density[t][k] = amount[k] * inverse;
+        account(x, y, 1.0f, amount);
+    }
+
+    // 2 / area, and 0 in lanes where the tube is a sliver, whose density would drown its neighbours in rounding: it is
+    // clipped by itself there, with all that `amountsOf(lane, amounts)` gives.
+    template <class Amounts>
+    V withoutSlivers(const V* x, const V* y, const V& area2, const V& length, const Amounts& amountsOf) {
+        const V e1x = x[1] - x[0], e1y = y[1] - y[0], e2x = x[2] - x[0], e2y = y[2] - y[0];
         const V size = most(most(e1x * e1x + e1y * e1y, e2x * e2x + e2y * e2y),
                             (e2x - e1x) * (e2x - e1x) + (e2y - e1y) * (e2y - e1y));
         const V sliver = absolute(area2) - most(size * 1.0e-3f, splat<V>(1.0e-6f));
         V inverse = 2.0f / area2;
-        if (leastLane(sliver) < 0.0f) {
-            for (int l = 0; l < kLanes; ++l) {
-                if (sliver[l] >= 0.0f) continue;
-                inverse[l] = 0.0f;
-                if (length[l] <= 0.0f) continue;
-                const float xs[3] = {x0[l], x1[l], x2[l]}, ys[3] = {y0[l], y1[l], y2[l]};
-                float amounts[6];
-                float mean = 0;
-                for (int k = 0; k < kIrradiance; ++k) amounts[k] = amount[k][l] * tube.length, mean += amount[k][l];
-                if (kFlux)
-                    for (int k = 0; k < 3; ++k) amounts[kIrradiance + k] = mean * (1.0f / kIrradiance) * tube.travel[k];
-                depositClipped(tile_, l, xs, ys, amounts);
-                ++tile_.degenerate;
-            }
+        if (leastLane(sliver) >= 0.0f) return inverse;
+        for (int l = 0; l < kLanes; ++l) {
+            if (sliver[l] >= 0.0f) continue;
+            inverse[l] = 0.0f;
+            if (length[l] <= 0.0f) continue;
+            const float xs[3] = {x[0][l], x[1][l], x[2][l]}, ys[3] = {y[0][l], y[1][l], y[2][l]};
+            float amounts[6];
+            amountsOf(l, amounts);
+            depositClipped(tile_, l, xs, ys, amounts);
+            ++tile_.degenerate;
         }
-        for (int k = 0; k < kIrradiance; ++k) at_.density[t][k] = amount[k] * inverse;
-        const V x[3] = {x0, x1, x2}, y[3] = {y0, y1, y2};
-        account(x, y, tube, amount);
+        return inverse;
     }
 
     // Beer-Lambert, averaged over the open part of each layer: exp(-s t) (1 - exp(-s dt)) / (s dt).
@@ -182,7 +250,8 @@ private:
     }
 
     // The other side of the path ledger: what this tube must deposit inside the rectangle of processed tiles.
-    void account(const V* x, const V* y, const TubeConstants& tube, const V* amount) {
+    // @param per_layer  path [m] that the amounts are still to be multiplied with
+    void account(const V* x, const V* y, float per_layer, const V* amount) {
         const V x0 = x[0], x1 = x[1], x2 = x[2], y0 = y[0], y1 = y[1], y2 = y[2];
         V mean = amount[0];
         if (kIrradiance == 3) mean = (amount[0] + amount[1] + amount[2]) * (1.0f / 3.0f);
@@ -204,7 +273,7 @@ private:
         const V least_y = least(least(y0, y1), y2), most_y = most(most(y0, y1), y2);
         const V owned = ((cu >= tile_low_u) & (cu < tile_high_u) & (cv >= tile_low_v) & (cv < tile_high_v) &
                          (most_x > low_u) & (least_x < high_u) & (most_y > low_v) & (least_y < high_v))
-                            ? mean * counted * tube.length
+                            ? mean * counted * per_layer
                             : splat<V>(0.0f);
         const V margin = least(least(least_x - low_u, high_u - most_x), least(least_y - low_v, high_v - most_y));
         if (leastLane(margin) >= 0.0f) {
@@ -226,6 +295,10 @@ private:
     // What a tube adds on its side of an edge, per channel.
     void addSide(const TubeBlock& block, std::uint8_t t, float sign, V* change) {
         if (t == BlockTopology::kNone || !at_.present[t]) return;
+        if constexpr (kBent) {
+            for (int k = 0; k < kChannels; ++k) change[k] = change[k] + sign * at_.density[t][k];
+            return;
+        }
         const TubeConstants& tube = set_.tubes[block.first_tube + t];
         V mean = splat<V>(0.0f);
         for (int k = 0; k < kIrradiance; ++k) {
@@ -323,13 +396,18 @@ private:
     const TubeSet& set_;
     TileSums& tile_;
     V shift_u_{}, shift_v_{};
-    BlockLayers<V, kIrradiance> at_;
+    BlockLayers<V, kDensities> at_;
 };
 
 template <int N, int kIrradiance, bool kFlux>
 void runKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile) {
-    SlabKernel<typename LanesOf<N>::F, kIrradiance, kFlux> kernel(set, tile);
-    for (int i = 0; i < block_count; ++i) kernel.add(set.blocks[blocks[i]]);
+    const auto addTo = [&](auto&& kernel) {
+        for (int i = 0; i < block_count; ++i) kernel.add(set.blocks[blocks[i]]);
+    };
+    if (tile.bent)
+        addTo(SlabKernel<typename LanesOf<N>::F, kIrradiance, kFlux, true>(set, tile));
+    else
+        addTo(SlabKernel<typename LanesOf<N>::F, kIrradiance, kFlux, false>(set, tile));
 }
 
 template <int N>

@@ -12,6 +12,7 @@
 #include "bake/deposit/constant_tile.h"
 #include "bake/deposit/slabs.h"
 #include "bake/threads/parallel_for.h"
+#include "bake/tubes/bent_rows.h"
 
 namespace photic {
 namespace {
@@ -57,6 +58,32 @@ Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab
     return b;
 }
 
+// The same of bent tubes, whose rows are of this slab: a ray stays within half a slope of its middle in each layer.
+Bounds bentBoundsInSlab(const TubeSet& set, const BentRows& bent, const TubeBlock& block, const Slab& slab,
+                        const glm::ivec2& first_column) {
+    const double low = slab.first - 0.5, high = slab.first + slab.active - 0.5;
+    const double entry = set.sense > 0 ? low : high, exit = set.sense > 0 ? high : low;
+    double first_start = 1e300, last_end = -1e300;
+    Bounds b{3e38f, -3e38f, 3e38f, -3e38f};
+    const float from_u = static_cast<float>(bent.first_column[0] - first_column.x),
+                from_v = static_cast<float>(bent.first_column[1] - first_column.y);
+    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(block.topology->vertex_count); ++i) {
+        const CornerRay& c = set.corners[block.first_corner + i];
+        first_start = std::min(first_start, set.sense * c.w);
+        last_end = std::max(last_end, static_cast<double>(set.sense) * c.w_end);
+        const float* rows = bent.of(block.first_corner + i);
+        const auto row = [&](int which, int lane) { return rows[which * BentRows::kLanes + lane]; };
+        for (int l = 0; l < slab.active; ++l) {
+            const float u = row(BentRows::kU, l) + from_u, du = 0.5f * std::fabs(row(BentRows::kSlopeU, l)),
+                        v = row(BentRows::kV, l) + from_v, dv = 0.5f * std::fabs(row(BentRows::kSlopeV, l));
+            b.min_u = std::min(b.min_u, u - du), b.max_u = std::max(b.max_u, u + du);
+            b.min_v = std::min(b.min_v, v - dv), b.max_v = std::max(b.max_v, v + dv);
+        }
+    }
+    if (first_start >= set.sense * exit || last_end <= set.sense * entry) return {};
+    return b;
+}
+
 class Voxeliser {
 public:
     Voxeliser(const TubeSet& set, LightField& field, const VoxeliseOptions& options)
@@ -87,6 +114,29 @@ public:
             if ((finished & 31) == 0)
                 monitor.progress("deposit", static_cast<double>(finished) / static_cast<double>(tasks.size()));
         });
+        addParts(parts, totals);
+    }
+
+    // One slab of a group, of bent tubes.
+    void runSlab(const BentRows& bent, const SlabGroup& group, std::size_t slab, DepositTotals& totals,
+                 Monitor& monitor) {
+        bent_ = &bent;
+        std::vector<Bounds> bounds(set_.blocks.size());
+        parallelFor(static_cast<std::int64_t>(bounds.size()), [&](std::int64_t b) {
+            const auto block = static_cast<std::size_t>(b);
+            bounds[block] = bentBoundsInSlab(set_, *bent_, set_.blocks[block], group.slabs[slab], firstColumn());
+        });
+        std::vector<DepositTotals> parts(group.tiles.size());
+        parallelFor(static_cast<std::int64_t>(group.tiles.size()), [&](std::int64_t t) {
+            monitor.checkCancelled();
+            const auto tile = static_cast<std::size_t>(t);
+            sumTile(group, group.tiles[tile], group.slabs[slab], bounds, parts[tile]);
+        });
+        addParts(parts, totals);
+    }
+
+private:
+    static void addParts(const std::vector<DepositTotals>& parts, DepositTotals& totals) {
         for (const DepositTotals& part : parts) {
             totals.expected += part.expected;
             totals.degenerate += part.degenerate;
@@ -94,7 +144,6 @@ public:
         }
     }
 
-private:
     void findBounds(const std::vector<SlabGroup>& groups) {
         bounds_.resize(groups.size());
         parallelFor(static_cast<std::int64_t>(groups.size()), [&](std::int64_t i) {
@@ -113,7 +162,7 @@ private:
         TileSums sums;
         const GridFrame& frame = field_.frame();
         sums.lanes = slab.lanes, sums.active_lanes = slab.active, sums.first_w = slab.first;
-        sums.channels = field_.channels().count();
+        sums.channels = field_.channels().count(), sums.bent = bent_;
         int least[2] = {0, 0}, most[2] = {0, 0};
         for (int l = 0; l < slab.lanes; ++l) {
             // Past 32 voxels over a slab the buffer would leave the cache: let the tubes drift through it instead.
@@ -155,7 +204,7 @@ private:
                 blocks.push_back(b);
         }
         if (blocks.empty()) return;
-        if (options_.quadrature <= 1 && fillConstant(sums, tile, slab, blocks, totals)) return;
+        if (options_.quadrature <= 1 && !bent_ && fillConstant(sums, tile, slab, blocks, totals)) return;
 
         // One element more than the last cell's neighbour, so that every edge may write to the cell after its last.
         const std::size_t floats =
@@ -306,6 +355,7 @@ private:
     }
 
     const TubeSet& set_;
+    const BentRows* bent_ = nullptr;
     LightField& field_;
     const VoxeliseOptions& options_;
     std::array<int, 3> axes_;
@@ -316,15 +366,22 @@ private:
 
 }  // namespace
 
+int pointsAcrossLayer(double slope) { return slope <= 0.65 ? 1 : slope <= 1 ? 2 : 4; }
+
 int pointsAcrossLayer(const TubeSet& tubes) {
-    const double slope = std::hypot(tubes.meanSlopeU(), tubes.meanSlopeV());
-    return slope <= 0.65 ? 1 : slope <= 1 ? 2 : 4;
+    return pointsAcrossLayer(std::hypot(tubes.meanSlopeU(), tubes.meanSlopeV()));
 }
 
 void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
               Monitor& monitor) {
     if (tubes.empty()) return;
     Voxeliser(tubes, field, options).run(totals, monitor);
+}
+
+void voxeliseSlab(const TubeSet& tubes, const BentRows& bent, const SlabGroup& group, std::size_t slab,
+                  LightField& field, const VoxeliseOptions& options, DepositTotals& totals, Monitor& monitor) {
+    if (tubes.empty()) return;
+    Voxeliser(tubes, field, options).runSlab(bent, group, slab, totals, monitor);
 }
 
 }  // namespace photic

@@ -4,11 +4,14 @@
 #include <cstdint>
 
 #include "bake/deposit/edge_kernel.h"
+#include "bake/deposit/slabs.h"
 #include "bake/field/light_field.h"
 #include "bake/report/monitor.h"
 #include "bake/tubes/tube_set.h"
 
 namespace photic {
+
+struct BentRows;
 
 /// Which kernel sums the deposits.
 enum class DepositKernel {
@@ -33,6 +36,7 @@ struct DepositTotals {
 /// Points at which a layer of these tubes is evaluated: one where their mean slope moves them by at most 0.65 voxels
 /// from a layer to the next, two up to 1, four beyond. A layer's middle stands for the whole layer badly where light
 /// crosses it slantwise: under a sun at 75 degrees one point is off by 5 % in the volume, four by 0.5 %.
+int pointsAcrossLayer(double slope_voxels);
 int pointsAcrossLayer(const TubeSet& tubes);
 
 /// Adds the light of `tubes` to `field`, exactly in power: in each layer of voxels the tubes are cut by the layer's
@@ -45,5 +49,14 @@ int pointsAcrossLayer(const TubeSet& tubes);
 /// @throws Error{Cancelled}
 void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
               Monitor& monitor);
+
+/// The same of tubes with bent legs in one slab.
+/// @param tubes  of the corners only w and w_end hold, and of the tubes' constants only the power
+/// @param bent   where the corners are on the slab's layers; each slab has rows of its own
+/// @param group  one of planSlabs(field.needed(), tubes.axis, 64, widestLanes(options.instruction_set)); its slabs are
+///               to be laid in turn
+/// @throws Error{Cancelled}
+void voxeliseSlab(const TubeSet& tubes, const BentRows& bent, const SlabGroup& group, std::size_t slab,
+                  LightField& field, const VoxeliseOptions& options, DepositTotals& totals, Monitor& monitor);
 
 }  // namespace photic

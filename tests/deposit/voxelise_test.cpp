@@ -9,6 +9,7 @@
 
 #include "bake/deposit/slabs.h"
 #include "bake/threads/parallel_for.h"
+#include "bake/tubes/bent_rows.h"
 #include "bake/tubes/tube_builder.h"
 
 namespace photic {
@@ -263,6 +264,68 @@ TEST(Voxelise, LightTravellingUpIsTheMirrorImageOfLightTravellingDown) {
     EXPECT_LT(worst, 5e-3);
 }
 
+// The rows of straight rays on a slab, and the lengths and directions that their slopes mean.
+BentRows rowsOf(const TubeSet& set, const Slab& slab) {
+    BentRows bent;
+    bent.first_column[0] = 7, bent.first_column[1] = -5, bent.channels = set.channels;
+    bent.values.resize(set.corners.size() * bent.rayStride());
+    for (std::size_t c = 0; c < set.corners.size(); ++c) {
+        bent.rays.push_back(static_cast<std::uint32_t>(c));
+        const CornerRay& ray = set.corners[c];
+        for (int l = 0; l < BentRows::kLanes; ++l) {
+            const double dw = slab.first + l - ray.w;
+            const double row[] = {
+                ray.u + ray.du_dw * dw - 7, ray.v + ray.dv_dw * dw + 5, ray.du_dw, ray.dv_dw, 1, 1, 1, 1, 1};
+            for (std::size_t k = 0; k < bent.rayStride() / BentRows::kLanes; ++k)
+                bent.values[c * bent.rayStride() + k * BentRows::kLanes + static_cast<std::size_t>(l)] =
+                    static_cast<float>(row[k]);
+        }
+    }
+    return bent;
+}
+
+TEST_P(VoxeliseKernels, BentTubesThatHappenToBeStraightAreAsStraightOnes) {
+    const auto needed = box({-20, -9, -30}, {50, 60, 25});
+    for (const int axis : {2, 0, 1})
+        for (const int sense : {1, -1}) {
+            TubeSet set = foldedSheet(axis, sense, 1.1, {-60, -50}, {90, 100}, -12.3 * sense, axis == 2 ? 3 : 1);
+            // Lengths and directions follow the slopes, as those of bent tubes do.
+            for (const TubeBlock& block : set.blocks)
+                for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
+                    TubeConstants& tube = set.tubes[block.first_tube + t];
+                    const auto axes = axesFor(axis);
+                    double length = 0, u = 0, v = 0;
+                    for (const std::uint8_t c : block.topology->triangles[t].corner) {
+                        const CornerRay& ray = set.corners[block.first_corner + c];
+                        length += std::sqrt(1 + ray.du_dw * ray.du_dw + ray.dv_dw * ray.dv_dw) / 3;
+                        u += ray.du_dw / 3, v += ray.dv_dw / 3;
+                    }
+                    tube.length = static_cast<float>(length);
+                    tube.travel[axes[0]] = static_cast<float>(sense * u);
+                    tube.travel[axes[1]] = static_cast<float>(sense * v);
+                    tube.travel[axes[2]] = static_cast<float>(sense);
+                }
+            VoxeliseOptions options;
+            options.instruction_set = GetParam();
+            options.quadrature = 2;
+            DepositTotals totals, bent_totals;
+            const FieldChannels channels{set.channels, true};
+            const LightField straight = voxelised(set, needed, options, totals, channels);
+            LightField field(needed, channels);
+            Monitor monitor;
+            for (const SlabGroup& group : planSlabs(*needed, axis, TileSums::kColumns, widestLanes(GetParam())))
+                for (std::size_t s = 0; s < group.slabs.size(); ++s)
+                    voxeliseSlab(set, rowsOf(set, group.slabs[s]), group, s, field, options, bent_totals, monitor);
+            double brightest = 0;
+            for (int slot = 0; slot < straight.leafCount(); ++slot)
+                for (int v = 0; v < LightField::kLeafVoxels && straight.state(slot) == LeafState::Dense; ++v)
+                    brightest = std::max(brightest, double(straight.dense(slot)[v]));
+            EXPECT_LT(largestDifference(straight, field), 2e-3 * brightest) << axis << sense;
+            EXPECT_NEAR(field.sum(0) / straight.sum(0), 1, 1e-5) << axis << sense;
+            EXPECT_NEAR(bent_totals.expected / totals.expected, 1, 1e-5) << axis << sense;
+        }
+}
+
 TEST(Voxelise, ThreadsChangeNoBit) {
     const auto needed = box({-10, -10, -40}, {150, 90, 20});
     const TubeSet set = foldedSheet(2, -1, 0.9, {-60, -60}, {200, 140}, 18.1);
@@ -368,86 +431,6 @@ TEST(Voxelise, MoreGaussPointsConvergeToTheSameSum) {
         return sum;
     };
     EXPECT_LT(distance(two, four), 0.5 * distance(one, four));
-}
-
-TEST(EdgeKernel, MeanClampedIsTheMeanOfTheClampedPlane) {
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> corner(-2, 3);
-    for (int trial = 0; trial < 200; ++trial) {
-        const double a = corner(random), b = trial % 5 ? corner(random) : a, c = trial % 7 ? corner(random) : b;
-        double sum = 0;
-        constexpr int n = 200;
-        int count = 0;
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; i + j < n; ++j, ++count) {
-                // Centroids of both orientations of small triangles; the second does not exist on the hypotenuse.
-                const double p = (i + 1.0 / 3) / n, q = (j + 1.0 / 3) / n;
-                sum += std::clamp(a + (b - a) * p + (c - a) * q, 0.0, 1.0);
-                if (i + j + 1 < n) {
-                    const double r = (i + 2.0 / 3) / n, s = (j + 2.0 / 3) / n;
-                    sum += std::clamp(a + (b - a) * r + (c - a) * s, 0.0, 1.0);
-                    ++count;
-                }
-            }
-        EXPECT_NEAR(meanClamped(a, b, c), sum / count, 2e-4) << a << " " << b << " " << c;
-    }
-    EXPECT_NEAR(meanClamped(0.5, 0.5, 0.5), 0.5, 1e-15);
-    EXPECT_NEAR(meanClamped(-1e-9, 1e-9, 0), 1e-9 / 4, 1e-10);
-}
-
-TEST(EdgeKernel, FractionInsideAgreesWithSampling) {
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> place(-6, 16);
-    for (int trial = 0; trial < 100; ++trial) {
-        const double x[3] = {place(random), place(random), place(random)},
-                     y[3] = {place(random), place(random), place(random)};
-        int inside = 0, count = 0;
-        constexpr int n = 150;
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; i + j < n; ++j, ++count) {
-                const double p = (i + 1.0 / 3) / n, q = (j + 1.0 / 3) / n;
-                const double px = x[0] + (x[1] - x[0]) * p + (x[2] - x[0]) * q,
-                             py = y[0] + (y[1] - y[0]) * p + (y[2] - y[0]) * q;
-                inside += px > 0 && px < 10 && py > 0 && py < 10;
-            }
-        EXPECT_NEAR(fractionInside(x, y, 10, 10), static_cast<double>(inside) / count, 0.012);
-    }
-}
-
-TEST(Slabs, AThinBandIsOneNarrowSlab) {
-    GridFrame frame;
-    frame.min = {0, 0, -128}, frame.max = {63, 63, 0};
-    NeededVoxels needed = NeededVoxels::none(frame);
-    for (int x = 0; x < 64; ++x)
-        for (int y = 0; y < 64; ++y) needed.addColumn(x, y, -66, -63);
-    needed.finish();
-    const auto groups = planSlabs(needed, 2, 64, 16);
-    ASSERT_EQ(groups.size(), 1u);
-    ASSERT_EQ(groups[0].slabs.size(), 1u);
-    EXPECT_EQ(groups[0].slabs[0].first, -66);
-    EXPECT_EQ(groups[0].slabs[0].active, 4);
-    EXPECT_EQ(groups[0].slabs[0].lanes, 4);
-    EXPECT_TRUE(groups[0].rectangle);
-}
-
-TEST(Slabs, CoverEveryLayerOnceAndShareNoLeaf) {
-    for (const int lanes : {4, 8, 16}) {
-        GridFrame frame;
-        frame.min = {-5, 3, -37}, frame.max = {90, 70, 61};
-        const auto groups = planSlabs(NeededVoxels::everything(frame), 2, 64, lanes);
-        int next = frame.min.z, last_leaf = -1000;
-        for (const SlabGroup& group : groups) {
-            EXPECT_GT(group.slabs.front().first >> 3, last_leaf);
-            for (const Slab& slab : group.slabs) {
-                EXPECT_EQ(slab.first, next);
-                EXPECT_LE(slab.active, slab.lanes);
-                EXPECT_LE(slab.lanes, lanes);
-                next = slab.first + slab.active;
-            }
-            last_leaf = (next - 1) >> 3;
-        }
-        EXPECT_EQ(next, frame.max.z + 1);
-    }
 }
 
 }  // namespace
