@@ -10,6 +10,7 @@
 #include "bake/methods/eikonal.h"
 #include "bake/methods/photons.h"
 #include "bake/methods/wave.h"
+#include "bake/methods/wavefront.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 #include "bake/scene/setting_names.h"
@@ -23,6 +24,7 @@ std::span<const Method> methodCatalogue() {
         photonsMethod(),
         eikonalMethod(),
         waveMethod(),
+        wavefrontMethod(),
     };
     return rows;
 }

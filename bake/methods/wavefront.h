@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bake/methods/catalogue.h"
+
+namespace photic {
+
+/// How the samples of an index become a spline (bake/graded/spline_index.h).
+enum class WavefrontSpline { Auto, Through, Plain };
+
+/// [bake.wavefront]
+struct WavefrontOptions {
+    double spacing = 1;    ///< [voxels] between the rays of a front where it starts
+    int steps = 1;         ///< of a ray, a layer
+    int disc_samples = 1;  ///< directions on the sun's disc; 1: a point sun
+    int turns = 12;        ///< times that light may change the axis along which it is followed
+    WavefrontSpline spline = WavefrontSpline::Auto;
+};
+
+/// The row of the catalogue: fronts of light through media whose index varies, marched plane by plane into the kernel
+/// of the beams (the method: docs/wavefront.md; Ihrke et al. 2007, made conservative).
+Method wavefrontMethod();
+
+}  // namespace photic

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/methods/wavefront_launch.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "bake/report/error.h"
+
+namespace photic {
+namespace {
+
+constexpr double kMostRays = 67108864;  // 2^26: 4 GB
+constexpr int kBlock = 8;               // cells a side of a block of tubes
+
+/// A light's rays on the plane that a front starts from.
+class LaunchPlane {
+public:
+    LaunchPlane(const FrontLaunch& launch, const LightSample& sample) : launch_(launch), sample_(sample) {
+        const glm::dvec3 middle = launch.frame.worldFromIndex(0.5 * (launch.target.min + launch.target.max));
+        const glm::dvec3 way = sample.source ? middle - *sample.source : sample.direction;
+        axis_ = mainAxis(way), sense_ = way[axis_] > 0 ? 1 : -1;
+        axes_ = axesFor(axis_);
+        plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
+        if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
+    }
+
+    int axis() const { return axis_; }
+    int sense() const { return sense_; }
+    bool behindLamp() const { return sample_.source && !(sense_ * (plane_ - source_[axis_]) > 0); }
+
+    /// Where the ray that meets a place of index space crosses the plane, along u and v.
+    glm::dvec2 shadowOf(const glm::dvec3& voxel) const {
+        const glm::dvec3 way = sample_.source ? voxel - source_ : launch_.frame.indexDirection(sample_.direction);
+        const double back = (voxel[axis_] - plane_) / way[axis_];
+        return {voxel[axes_[0]] - back * way[axes_[0]], voxel[axes_[1]] - back * way[axes_[1]]};
+    }
+
+    glm::dvec3 voxelAt(const glm::dvec2& uv) const {
+        glm::dvec3 voxel;
+        voxel[axes_[0]] = uv.x, voxel[axes_[1]] = uv.y, voxel[axis_] = plane_;
+        return voxel;
+    }
+
+    Front::Ray rayAt(const glm::dvec2& uv) const {
+        Front::Ray ray;
+        ray.voxel = voxelAt(uv);
+        const glm::dvec3 world = launch_.frame.worldFromIndex(ray.voxel);
+        const glm::dvec3 direction = sample_.source ? glm::normalize(world - *sample_.source) : sample_.direction;
+        // Snell's law at a flat face keeps what lies in it; air is outside.
+        const double square = 2 * launch_.space.index->at(world).half_square;
+        ray.momentum = direction;
+        const double across = 1 - direction[axis_] * direction[axis_];
+        constexpr double kLeast = 1e-6;
+        ray.momentum[axis_] = sense_ * std::sqrt(std::max(square - across, kLeast));
+        ray.lit = launch_.lit || launch_.in_medium(world);
+        return ray;
+    }
+
+    /// Power per channel [W] through a triangle of the plane.
+    glm::dvec3 power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const {
+        const glm::dvec3 p[3] = {launch_.frame.worldFromIndex(voxelAt(a)), launch_.frame.worldFromIndex(voxelAt(b)),
+                                 launch_.frame.worldFromIndex(voxelAt(c))};
+        if (!sample_.source) {
+            const double area = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
+            return sample_.strength * (area * std::fabs(sample_.direction[axis_]));
+        }
+        glm::dvec3 d[3], strength(0);
+        for (int i = 0; i < 3; ++i) {
+            d[i] = glm::normalize(p[i] - *sample_.source);
+            const double cosine = glm::dot(d[i], sample_.direction);
+            const bool panel = sample_.light->type == LightType::Rectangle;
+            strength += sample_.strength * (panel ? std::max(0.0, cosine) : sample_.light->spotFalloff(cosine)) / 3.0;
+        }
+        // Solid angle [Van Oosterom and Strackee 1983].
+        const double volume = std::fabs(glm::dot(d[0], glm::cross(d[1], d[2])));
+        return strength * 2.0 *
+               std::atan2(volume, 1 + glm::dot(d[0], d[1]) + glm::dot(d[1], d[2]) + glm::dot(d[2], d[0]));
+    }
+
+private:
+    const FrontLaunch& launch_;
+    const LightSample& sample_;
+    int axis_ = 2, sense_ = -1;
+    std::array<int, 3> axes_{};
+    double plane_ = 0;
+    glm::dvec3 source_{0};
+};
+
+void refuseLamp(const Light& light, const std::string& why) {
+    throw Error(ErrorCode::Input,
+                fmt::format("the light '{}' stands beside or within the media or the domain {}, which wavefront does "
+                            "not follow yet; move it further away",
+                            light.name, why),
+                light.where);
+}
+
+}  // namespace
+
+Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
+    const LaunchPlane plane(launch, sample);
+    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
+    glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
+    for (int corner = 0; corner < 8; ++corner) {
+        glm::dvec3 p;
+        for (int a = 0; a < 3; ++a) p[a] = corner >> a & 1 ? launch.target.max[a] : launch.target.min[a];
+        const glm::dvec2 shadow = plane.shadowOf(p);
+        low = glm::min(low, shadow), high = glm::max(high, shadow);
+    }
+    // Whole blocks of cells that end with the shadow: beyond it a medium that fills the world may not be known.
+    glm::ivec2 blocks;
+    glm::dvec2 spacing;
+    for (int a = 0; a < 2; ++a) {
+        const double extent = high[a] - low[a],
+                     whole = std::max(1.0, std::ceil(extent / (launch.spacing * kBlock) - 1e-9));
+        if (!(whole * kBlock <= 1e6)) refuseLamp(light, "so that its light would enter them almost level");
+        blocks[a] = static_cast<int>(whole);
+        spacing[a] = extent / (whole * kBlock);
+    }
+    const glm::ivec2 cells = blocks * kBlock;
+    const double rays = (cells.x + 1.0) * (cells.y + 1.0);
+    if (rays > kMostRays)
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("the front of '{}' would have {:.3g} rays; the limit is 2^26: use a larger spacing than "
+                        "{} voxels, or larger voxels",
+                        light.name, rays, launch.spacing),
+            light.where);
+    Front front;
+    front.axis = plane.axis(), front.sense = plane.sense();
+    const auto place = [&](int i, int j) { return low + spacing * glm::dvec2(i, j); };
+    for (int j = 0; j <= cells.y; ++j)
+        for (int i = 0; i <= cells.x; ++i) front.rays.push_back(plane.rayAt(place(i, j)));
+    const auto id = [&](int i, int j) { return static_cast<std::uint32_t>(j * (cells.x + 1) + i); };
+    front.tubes.reserve(static_cast<std::size_t>(2 * cells.x) * static_cast<std::size_t>(cells.y));
+    for (int block = 0; block < blocks.x * blocks.y; ++block)
+        for (int cell = 0; cell < kBlock * kBlock; ++cell) {
+            const int i = block % blocks.x * kBlock + cell % kBlock, j = block / blocks.x * kBlock + cell / kBlock;
+            const glm::dvec2 a = place(i, j), b = place(i + 1, j), c = place(i + 1, j + 1), d = place(i, j + 1);
+            front.tubes.push_back({{id(i, j), id(i + 1, j), id(i + 1, j + 1)}, plane.power(a, b, c)});
+            front.tubes.push_back({{id(i, j), id(i + 1, j + 1), id(i, j + 1)}, plane.power(a, c, d)});
+        }
+    return front;
+}
+
+}  // namespace photic

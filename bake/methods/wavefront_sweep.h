@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "bake/deposit/voxelise.h"
+#include "bake/field/light_field.h"
+#include "bake/graded/index_slices.h"
+#include "bake/report/bake_report.h"
+#include "bake/report/monitor.h"
+
+namespace photic {
+
+/// Rays that go along one axis of the grid, and the tubes between them.
+struct Front {
+    struct Ray {
+        glm::dvec3 voxel{0};     ///< where it starts, in index space
+        glm::dvec3 momentum{0};  ///< along the ray, as long as n; world
+        bool lit = false;        ///< it has been in a medium
+    };
+    struct Tube {
+        std::uint32_t ray[3] = {0, 0, 0};
+        glm::dvec3 power{0};  ///< at the start, per channel [W]
+    };
+    int axis = 2, sense = -1;
+    std::vector<Ray> rays;
+    std::vector<Tube> tubes;  ///< neighbours near each other: each 128 are handled together
+};
+
+/// What a front goes through.
+struct FrontSpace {
+    const SplineIndex* index = nullptr;
+    glm::ivec3 first_node{0};           ///< voxel of the index's first node
+    glm::ivec3 low{0}, high{0};         ///< voxels of the box that fronts cross, inclusive; it holds the grid
+    std::vector<std::uint8_t> media{};  ///< per node: which attenuates, 0 none; empty: none does
+    FrontMedia table{};                 ///< extinction of each
+    glm::dvec3 absorbed_share{1};       ///< of what is attenuated, per channel; the rest is scattered
+    float least_lit = 1e-3f;            ///< difference of n^2 / 2 from the air's that counts as being in a medium
+    int steps = 1;                      ///< a layer, at least
+};
+
+/// What a sweep counts.
+struct SweepTotals {
+    PowerLedger power;
+    DepositTotals deposit;
+    std::int64_t tubes = 0, rays = 0, turned = 0;
+    double trace_seconds = 0, deposit_seconds = 0;
+};
+
+/// Marches a front through the grid, slab by slab, and lays its tubes into the field. Tubes of which a ray turns more
+/// than 60 degrees from the axis end at a cross-section, between two layers, and begin another front there.
+class FrontSweep {
+public:
+    FrontSweep(const FrontSpace& space, LightField& field, const VoxeliseOptions& options, SweepTotals& totals,
+               Monitor& monitor)
+        : space_(space), field_(field), options_(options), totals_(totals), monitor_(monitor) {}
+
+    /// @return the fronts along other axes that go on where tubes of this one turned away
+    std::vector<Front> run(const Front& front);
+
+private:
+    struct Chunk;
+    struct Packed;
+    struct State;
+
+    /// The voxel that rays and rows count from: single precision holds no map's coordinates.
+    glm::ivec3 origin() const { return field_.frame().min; }
+    std::vector<Chunk> chunksOf(const Front& front, const std::vector<SlabGroup>& groups) const;
+    void pack(const Front& front, Packed& packed) const;
+    int stepsIn(const Front& front, const Chunk& chunk) const;
+    void march(const Front& front, const Chunk& chunk, State& state);
+    void turnAway(const Front& front, const Chunk& chunk, State& state);
+    void carryOn(int axis, double layers, Front::Ray& ray) const;
+    void passOn(const Front& front, const Chunk& chunk, State& state, std::size_t tube, int lane);
+    void lay(const Front& front, const Chunk& chunk, State& state);
+    void layTurned(const Front& front, const Chunk& chunk, State& state);
+    void finish(const Front& front, const State& state);
+    void countLoss(const glm::dvec3& power, const glm::dvec3& left);
+
+    const FrontSpace& space_;
+    LightField& field_;
+    const VoxeliseOptions& options_;
+    SweepTotals& totals_;
+    Monitor& monitor_;
+};
+
+}  // namespace photic
