@@ -253,7 +253,7 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     report.field_bytes = result.field.bytes();
 
     std::optional<LightVolume> standard_error = makeStandardError(method, scene.referenceIrradiance(), result);
-    monitor.progress("density", 0);
+    if (scene.bake.grids.density) monitor.progress("density", 0);
     LightVolume volume = makeVolume(scene, metadataOf(scene, method, choices, result), result);
     if (scene.bake.grids.density) report.seconds.emplace_back("density", watch.lap());
     applyPostSteps(choices.post, volume);

@@ -81,6 +81,11 @@ struct Media {
         }
         return sum / (kPoints * kPoints * kPoints);
     }
+    bool fillTheWorld() const {
+        return std::any_of(objects.begin(), objects.end(), [](const auto& object) {
+            return std::any_of(object.index.begin(), object.index.end(), [](const auto& i) { return !i->bounds(); });
+        });
+    }
     bool attenuate() const {
         return std::any_of(objects.begin(), objects.end(),
                            [](const auto& o) { return o.extinction() != glm::dvec3(0); });
@@ -173,6 +178,7 @@ public:
         voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
         space_ = frontSpace(target_, frame);
         space_.steps = options.steps;
+        if (media_.fillTheWorld()) widen();
     }
 
     void run(LightField& field) {
@@ -234,10 +240,39 @@ public:
     SplineFit spline() const { return spline_; }
 
 private:
+    /// Slanting light comes into a grid by its sides too, from a medium that goes on there: the space holds where it
+    /// comes from. Not where the light is so level that this would be more than eight times as much.
+    void widen() {
+        known_ = space_;
+        FrontBox entries;
+        entries.add(glm::dvec3(space_.low)), entries.add(glm::dvec3(space_.high));
+        for (const Light& light : scene_.lights)
+            for (const LightSample& sample : lightSamples(light, options_.disc_samples)) {
+                const FrontBox entry = entryOf({frame_, space_, target_}, sample);
+                entries.add(entry.min), entries.add(entry.max);
+            }
+        const glm::dvec3 low = glm::floor(entries.min), high = glm::ceil(entries.max), size = high - low + 1.0,
+                         before(space_.high - space_.low + 1);
+        if (!(size.x * size.y * size.z <= 8 * before.x * before.y * before.z)) return;
+        for (int a = 0; a < 3; ++a) {
+            // Light enters on the side that it comes from, which stays where it is.
+            if (entries.min[a] < space_.low[a] - 0.5) space_.low[a] = static_cast<int>(low[a]);
+            if (entries.max[a] > space_.high[a] + 0.5) space_.high[a] = static_cast<int>(high[a]);
+        }
+    }
+
+    /// n^2 / 2 of a voxel: beyond the grid, where a formula may end, that of the nearest one in it.
+    double halfSquareAt(const glm::dvec3& world, const glm::dvec3& voxel, int channel) const {
+        const double value = media_.halfSquareOfVoxel(world, voxel, channel);
+        if (value > 0 || !media_.fillTheWorld()) return value;
+        const glm::dvec3 inside = glm::clamp(frame_.indexFromWorld(world), glm::dvec3(known_.low - kMargin),
+                                             glm::dvec3(known_.high + kMargin));
+        return media_.halfSquareOfVoxel(frame_.worldFromIndex(inside), voxel, channel);
+    }
+
     SplineIndex sampled(int channel) {
         const auto start = Clock::now();
         if (channel == 0) monitor_.progress("index", 0);
-        constexpr int kMargin = 3;  // nodes, that a spline reaches and a little more
         space_.first_node = space_.low - kMargin;
         SplineIndex::Nodes nodes;
         nodes.count = space_.high - space_.low + 1 + 2 * kMargin;
@@ -250,7 +285,7 @@ private:
             nodes,
             [&](const glm::dvec3& p) {
                 monitor_.checkCancelled();
-                return media_.halfSquareOfVoxel(p, nodes.spacing, channel);
+                return halfSquareAt(p, nodes.spacing, channel);
             },
             fit);
         spline_ = index.fit(), jump_ = std::max(jump_, index.steepest() * (index.largest() - index.least()));
@@ -301,7 +336,8 @@ private:
     FrontBox target_;
     Monitor& monitor_;
     VoxeliseOptions voxelise_;
-    FrontSpace space_;
+    static constexpr int kMargin = 3;  // nodes, that a spline reaches and a little more
+    FrontSpace space_, known_;         // known: before it was widened
     SweepTotals totals_;
     SplineFit spline_ = SplineFit::Auto;
     double jump_ = 0;  ///< of n^2 / 2 from a voxel to the next

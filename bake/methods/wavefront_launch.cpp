@@ -100,16 +100,23 @@ void refuseLamp(const Light& light, const std::string& why) {
 
 }  // namespace
 
-Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
+FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample) {
     const LaunchPlane plane(launch, sample);
-    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
-    glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
+    FrontBox entry;
     for (int corner = 0; corner < 8; ++corner) {
         glm::dvec3 p;
         for (int a = 0; a < 3; ++a) p[a] = corner >> a & 1 ? launch.target.max[a] : launch.target.min[a];
-        const glm::dvec2 shadow = plane.shadowOf(p);
-        low = glm::min(low, shadow), high = glm::max(high, shadow);
+        entry.add(plane.voxelAt(plane.shadowOf(p)));
     }
+    return entry;
+}
+
+Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
+    const LaunchPlane plane(launch, sample);
+    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
+    const FrontBox entry = entryOf(launch, sample);
+    const auto axes = axesFor(plane.axis());
+    const glm::dvec2 low(entry.min[axes[0]], entry.min[axes[1]]), high(entry.max[axes[0]], entry.max[axes[1]]);
     // Whole blocks of cells that end with the shadow: beyond it a medium that fills the world may not be known.
     glm::ivec2 blocks;
     glm::dvec2 spacing;

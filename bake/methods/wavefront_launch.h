@@ -25,6 +25,9 @@ struct FrontLaunch {
     std::function<bool(const glm::dvec3&)> in_medium{};
 };
 
+/// Where a light has to enter the space to reach the whole target: a flat box on the side that it comes from.
+FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample);
+
 /// The front of a light, as it enters the space by the side that the light comes from: as wide as the target's shadow
 /// there. Where a medium reaches that side, light comes into it as through a flat face, without loss.
 /// @throws Error{Input} for a lamp that is not outside of that side, and for more than 2^26 rays

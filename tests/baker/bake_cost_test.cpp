@@ -12,6 +12,7 @@ namespace {
 
 using test::poolScene;
 using test::Record;
+using test::sceneFor;
 
 BakeCost costOf(const Scene& scene) {
     return bakeCost(scene, chooseMethod(scene.bake.method, scene), sceneFrame(scene), nullptr, {});
@@ -20,7 +21,7 @@ BakeCost costOf(const Scene& scene) {
 // A bar is drawn from these: what a method reports must be what its row announced, in that order.
 TEST(BakeCost, ProgressKeepsToTheStagesThatWereAnnounced) {
     for (const Method& method : methodCatalogue()) {
-        Scene scene = poolScene("[medium]\nscattering = [0.1, 0.2, 0.3]\n");
+        Scene scene = sceneFor(method, "[medium]\nscattering = [0.1, 0.2, 0.3]\n");
         scene.bake.method = method.name;
         scene.bake.prefilter = true;
         Record monitor;
@@ -49,7 +50,7 @@ TEST(BakeCost, ProgressKeepsToTheStagesThatWereAnnounced) {
 
 TEST(BakeCost, GrowsWithTheWork) {
     for (const Method& method : methodCatalogue()) {
-        Scene coarse = poolScene(), fine = poolScene({}, 1.0 / 64);
+        Scene coarse = sceneFor(method), fine = sceneFor(method, {}, 1.0 / 64);
         coarse.bake.method = fine.bake.method = method.name;
         const BakeCost a = costOf(coarse), b = costOf(fine);
         EXPECT_GT(b.seconds(), a.seconds()) << method.name;

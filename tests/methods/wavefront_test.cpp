@@ -290,6 +290,25 @@ TEST(Wavefront, ABlockReflectsTotallyWhatCannotLeaveIt) {
     EXPECT_LT(b.report().power.imbalance(), 1e-9);
 }
 
+TEST(Wavefront, SlantingLightComesInByTheSidesToo) {
+    // An endless internal wave: the light repeats with it, also where it has come in beside the grid.
+    const Bake b =
+        bake(sceneOf("min = [-0.5, 0, -1]\nmax = [0.5, 0.25, 0]\nvoxel_size = 0.03125",
+                     "type = \"sun\"\ndirection = [0.5, 0, -0.866]\nirradiance = 1\nangular_diameter = 0",
+                     medium("{ kind = \"salt\", level = -0.3, thickness = 0.1, n_above = 1.3, n_below = 1.4, "
+                            "amplitude = 0.05, wavelength = 0.5 }")));
+    const GridFrame& frame = b.field().frame();
+    double difference = 0, sum = 0, least = 1e9, most = 0;
+    for (int k = frame.min.z; k <= frame.max.z; ++k)
+        for (int i = frame.min.x; i + 16 <= frame.max.x; ++i) {
+            const double here = b.fluence({i, frame.min.y + 4, k}), further = b.fluence({i + 16, frame.min.y + 4, k});
+            difference += std::fabs(here - further), sum += here;
+            least = std::min(least, here), most = std::max(most, here);
+        }
+    EXPECT_LT(difference, 2e-3 * sum);
+    EXPECT_GT(most, 1.5 * least);
+}
+
 TEST(Wavefront, ThreeIndicesDisperse) {
     const std::string ball = "{ kind = \"luneburg\", radius = 0.3 }";
     const Bake b = bake(
