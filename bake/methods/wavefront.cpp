@@ -196,7 +196,7 @@ public:
             const double contrast = std::max(index.largest() - 0.5, 0.5 - index.least());
             space_.least_lit = scene_.bake.paths == Paths::All
                                    ? -1.0f
-                                   : static_cast<float>((index.fit() == SplineFit::Plain ? 0.25 : 0.05) * contrast);
+                                   : static_cast<float>((index.fit() == SplineFit::Plain ? 0.25 : 0.01) * contrast);
             bytes_ = std::max(bytes_, index.bytes() + static_cast<std::int64_t>(space_.media.size()));
             for (const auto& [light, sample] : samples) {
                 addSample(*light, sample, channel, {done, share}, field);
@@ -294,6 +294,33 @@ private:
         return index;
     }
 
+    /// Halves what would be given up, up to three times and to three times as many tubes: at the rim of a lens, where
+    /// one ray of a tube goes straight on and another turns, only the narrowest tubes are lost then.
+    Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
+                  Monitor& monitor) {
+        // Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
+        constexpr double kTurns = 0.15;
+        constexpr int kHalvings = 3;
+        if (2 * (space_.index->largest() - space_.index->least()) < kTurns) return front;
+        const std::size_t most = 3 * front.tubes.size();
+        SweepTotals nobodys;
+        FrontSweep probe(space_, field, voxelise_, nobodys, monitor);
+        Front whole;
+        whole.axis = front.axis, whole.sense = front.sense;
+        for (int halving = 0; halving < kHalvings; ++halving) {
+            const std::vector<std::uint32_t> lost = probe.findLost(front, options_.turns);
+            if (lost.empty() || whole.tubes.size() + front.tubes.size() + 3 * lost.size() > most) break;
+            Front parts = splitTubes(launch, sample, front, lost);
+            for (auto tube = lost.rbegin(); tube != lost.rend(); ++tube) front.tubes[*tube].ray[0] = kGone;
+            std::erase_if(front.tubes, [](const Front::Tube& tube) { return tube.ray[0] == kGone; });
+            whole.append(front);
+            front = std::move(parts);
+        }
+        whole.append(front);
+        totals_.trace_seconds += nobodys.trace_seconds;
+        return whole;
+    }
+
     /// What some work is of all fronts' work.
     struct Part {
         double from, share;
@@ -306,12 +333,13 @@ private:
             frame_, space_, target_, options_.spacing, scene_.bake.paths == Paths::All, [&](const glm::dvec3& world) {
                 return media_.at(world, channel) >= 0;
             }};
-        std::vector<Front> fronts{launchFront(launch, light, sample)};
+        FrontProgress progress(monitor_);
+        progress.nextFront(part.from, 0);
+        std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
         for (Front::Tube& tube : fronts.front().tubes) {
             tube.power *= channels;
             totals_.power.emitted += (tube.power.x + tube.power.y + tube.power.z) / 3;
         }
-        FrontProgress progress(monitor_);
         FrontSweep sweep(space_, field, voxelise_, totals_, progress);
         Part of_turn{part.from, 0.7 * part.share};  // the fronts that turned away are fewer and fewer
         for (int turn = 0; turn <= options_.turns && !fronts.empty(); ++turn) {
@@ -336,6 +364,7 @@ private:
     FrontBox target_;
     Monitor& monitor_;
     VoxeliseOptions voxelise_;
+    static constexpr std::uint32_t kGone = 0xffffffff;
     static constexpr int kMargin = 3;  // nodes, that a spline reaches and a little more
     FrontSpace space_, known_;         // known: before it was widened
     SweepTotals totals_;

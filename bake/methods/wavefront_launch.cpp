@@ -7,6 +7,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <map>
+#include <utility>
 
 #include "bake/report/error.h"
 
@@ -151,6 +153,38 @@ Front launchFront(const FrontLaunch& launch, const Light& light, const LightSamp
             front.tubes.push_back({{id(i, j), id(i + 1, j + 1), id(i, j + 1)}, plane.power(a, c, d)});
         }
     return front;
+}
+
+Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
+                 const std::vector<std::uint32_t>& which) {
+    const LaunchPlane plane(launch, sample);
+    const auto axes = axesFor(front.axis);
+    Front out;
+    out.axis = front.axis, out.sense = front.sense;
+    const auto placeOf = [&](std::uint32_t ray) {
+        return glm::dvec2(out.rays[ray].voxel[axes[0]], out.rays[ray].voxel[axes[1]]);
+    };
+    std::map<std::uint32_t, std::uint32_t> copies;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto copyOf = [&](std::uint32_t ray) {
+        const auto [at, fresh] = copies.emplace(ray, static_cast<std::uint32_t>(out.rays.size()));
+        if (fresh) out.rays.push_back(front.rays[ray]);
+        return at->second;
+    };
+    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
+        const auto [at, fresh] = middles.emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.rays.size()));
+        if (fresh) out.rays.push_back(plane.rayAt(0.5 * (placeOf(a) + placeOf(b))));
+        return at->second;
+    };
+    for (const std::uint32_t tube : which) {
+        const auto& ray = front.tubes[tube].ray;
+        const std::uint32_t a = copyOf(ray[0]), b = copyOf(ray[1]), c = copyOf(ray[2]), ab = middleOf(a, b),
+                            bc = middleOf(b, c), ca = middleOf(c, a);
+        const std::uint32_t parts[4][3] = {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}};
+        for (const auto& p : parts)
+            out.tubes.push_back({{p[0], p[1], p[2]}, plane.power(placeOf(p[0]), placeOf(p[1]), placeOf(p[2]))});
+    }
+    return out;
 }
 
 }  // namespace photic

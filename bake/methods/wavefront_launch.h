@@ -33,4 +33,8 @@ FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample);
 /// @throws Error{Input} for a lamp that is not outside of that side, and for more than 2^26 rays
 Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample);
 
+/// Some tubes of a launched front, each as four with rays of their own between its corners'.
+Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
+                 const std::vector<std::uint32_t>& which);
+
 }  // namespace photic

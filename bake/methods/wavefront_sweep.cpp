@@ -42,6 +42,15 @@ struct Turned {
 
 }  // namespace
 
+void Front::append(const Front& other) {
+    const auto first = static_cast<std::uint32_t>(rays.size());
+    rays.insert(rays.end(), other.rays.begin(), other.rays.end());
+    for (Tube tube : other.tubes) {
+        for (std::uint32_t& ray : tube.ray) ray += first;
+        tubes.push_back(tube);
+    }
+}
+
 /// Some consecutive layers: a slab, or layers that nobody needs.
 struct FrontSweep::Chunk {
     int first = 0, layers = 0;
@@ -274,13 +283,14 @@ void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, st
     }
     if (best.first == front.axis) {
         totals_.power.dropped += channelMean(power);
+        if (lost_) lost_->push_back(front.tubes[tube].source);
         return;
     }
     Front& next = state.next[best];
     next.axis = best.first, next.sense = best.second;
     auto& places = state.places[best];
     Front::Tube out;
-    out.power = power;
+    out.power = power, out.source = front.tubes[tube].source;
     for (int c = 0; c < 3; ++c) {
         const auto [place, fresh] = places.emplace(std::pair{front.tubes[tube].ray[c], chunk.first + lane},
                                                    static_cast<std::uint32_t>(next.rays.size()));
@@ -369,6 +379,23 @@ void FrontSweep::finish(const Front& front, const State& state) {
     }
 }
 
+std::vector<std::uint32_t> FrontSweep::findLost(Front front, int turns) {
+    for (std::uint32_t t = 0; t < front.tubes.size(); ++t) front.tubes[t].source = t;
+    std::vector<std::uint32_t> lost;
+    lost_ = &lost;
+    std::vector<Front> fronts{std::move(front)};
+    for (int turn = 0; turn <= turns && !fronts.empty(); ++turn) {
+        std::vector<Front> next;
+        for (const Front& at : fronts)
+            for (Front& on : run(at)) next.push_back(std::move(on));
+        fronts = std::move(next);
+    }
+    lost_ = nullptr;
+    std::sort(lost.begin(), lost.end());
+    lost.erase(std::unique(lost.begin(), lost.end()), lost.end());
+    return lost;
+}
+
 std::vector<Front> FrontSweep::run(const Front& front) {
     if (front.tubes.empty()) return {};
     State state;
@@ -404,7 +431,7 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         march(front, chunk, state);
         turnAway(front, chunk, state);
         const auto start = Clock::now();
-        if (chunk.group)
+        if (chunk.group && !lost_)
             lay(front, chunk, state);
         else
             for (const Turned& t : state.turned)

@@ -23,10 +23,12 @@ struct Front {
     };
     struct Tube {
         std::uint32_t ray[3] = {0, 0, 0};
-        glm::dvec3 power{0};  ///< at the start, per channel [W]
+        glm::dvec3 power{0};       ///< at the start, per channel [W]
+        std::uint32_t source = 0;  ///< which tube of the launched front it comes from; findLost sets it
     };
     int axis = 2, sense = -1;
     std::vector<Ray> rays;
+    void append(const Front& other);
     std::vector<Tube> tubes;  ///< neighbours near each other: each 128 are handled together
 };
 
@@ -61,6 +63,10 @@ public:
     /// @return the fronts along other axes that go on where tubes of this one turned away
     std::vector<Front> run(const Front& front);
 
+    /// Which tubes of a front would be given up, now or after up to `turns` turns; lays nothing. Its counts are those
+    /// of a bake, so the totals should be none that anybody reads.
+    std::vector<std::uint32_t> findLost(Front front, int turns);
+
 private:
     struct Chunk;
     struct Packed;
@@ -85,6 +91,7 @@ private:
     const VoxeliseOptions& options_;
     SweepTotals& totals_;
     Monitor& monitor_;
+    std::vector<std::uint32_t>* lost_ = nullptr;  ///< while findLost looks
 };
 
 }  // namespace photic

@@ -35,8 +35,9 @@ GivenOptions operator|(GivenOptions a, const GivenOptions& b) {
 std::vector<std::string> methodNames() {
     std::vector<std::string> names;
     // Waves diffract and run on a grid of their own: what they keep of these laws is in tests/methods/wave_test.cpp.
+    // Media whose index varies have no surface of water; wavefronts keep these laws in a scene of their own.
     for (const Method& m : methodCatalogue())
-        if (m.name != "wave") names.push_back(m.name);
+        if (m.name != "wave" && m.name != "wavefront") names.push_back(m.name);
     return names;
 }
 

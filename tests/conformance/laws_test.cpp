@@ -17,7 +17,8 @@
 namespace photic {
 namespace {
 
-/// Three waves over a box, turned by a multiple of 90 degrees about z and moved.
+/// Waves over a box, or a ball without faces in it for a method that bakes media whose index varies; turned by a
+/// multiple of 90 degrees about z and moved.
 struct Pool {
     int quarter_turns = 0;
     glm::dvec3 shift{0};
@@ -25,6 +26,7 @@ struct Pool {
     double absorption = 0;
     std::string shear = "none";
     std::string extra;
+    bool ball = false;
 
     glm::dvec3 turned(glm::dvec3 p) const {
         for (int i = 0; i < quarter_turns; ++i) p = {-p.y, p.x, p.z};
@@ -34,6 +36,7 @@ struct Pool {
         const glm::dvec3 a = turned({-0.5, -0.5, -0.75}) + shift, b = turned({0.5, 0.5, 0.0625}) + shift;
         const glm::dvec3 low = glm::min(a, b), high = glm::max(a, b), d = turned({0.3, 0.2, -0.9});
         const double turn = 90.0 * quarter_turns;
+        if (ball) return ballToml(low, high, d);
         return fmt::format(R"(photic = 1
 [domain]
 min = [{}, {}, {}]
@@ -62,11 +65,33 @@ absorption = {}
                            low.x, low.y, low.z, high.x, high.y, high.z, shear, d.x, d.y, d.z, irradiance, shift.x,
                            shift.y, shift.z, 20 + turn, 95 + turn, absorption, extra);
     }
+
+    std::string ballToml(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& d) const {
+        const glm::dvec3 center = turned({0.1, -0.05, -0.3}) + shift;
+        return fmt::format(R"(photic = 1
+[domain]
+min = [{}, {}, {}]
+max = [{}, {}, {}]
+voxel_size = 0.03125
+[[light]]
+type = "sun"
+direction = [{}, {}, {}]
+irradiance = {}
+angular_diameter = 0
+[[medium]]
+name = "ball"
+index = {{ kind = "fish_eye", center = [{}, {}, {}], n0 = 1.3, scale = 0.54772256, radius = 0.3 }}
+absorption = {}
+)",
+                           low.x, low.y, low.z, high.x, high.y, high.z, d.x, d.y, d.z, irradiance, center.x, center.y,
+                           center.z, absorption);
+    }
 };
 
 class Laws : public ::testing::TestWithParam<std::string> {
 protected:
-    Baked bake(const Pool& pool, const GivenOptions& options = {}) const {
+    Baked bake(Pool pool, const GivenOptions& options = {}) const {
+        pool.ball = GetParam() == "wavefront";
         return bakeText(pool.toml(), GetParam(),
                         (noisy() ? option("count", std::int64_t{400'000}) : GivenOptions{}) | options);
     }
@@ -128,7 +153,8 @@ TEST_P(Laws, TranslationMovesTheField) {
     });
     EXPECT_GT(sum, 0);
     // The same triangles, up to rounding; photons keep their points on the patch.
-    EXPECT_LT(difference / sum, 1e-5);
+    // Which samples lie in a ball, and which rays meet it, is decided by comparisons, which rounding tips at its rim.
+    EXPECT_LT(difference / sum, GetParam() == "wavefront" ? 2e-3 : 1e-5);
 }
 
 TEST_P(Laws, RotationTurnsTheField) {
@@ -147,7 +173,8 @@ TEST_P(Laws, RotationTurnsTheField) {
         });
         // Squares are cut along the other diagonal by a quarter turn: within the error of the mesh. Photons: within
         // their noise.
-        const double tolerance = noisy() ? 0.2 : 0.01;
+        const double coarse = GetParam() == "wavefront" && turns == 1 ? 0.05 : 0.01;  // a ball of ten voxels' radius
+        const double tolerance = noisy() ? 0.2 : coarse;
         EXPECT_LT(difference / sum, tolerance) << turns;
         EXPECT_LT(flux / sum, tolerance) << turns;
     }
@@ -268,7 +295,12 @@ TEST_P(ConservationLaws, ShearedAndAlignedGridsHoldTheSameLight) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, ConservationLaws, ::testing::Values("beams", "photons"),
                          [](const auto& row) { return row.param; });
-INSTANTIATE_TEST_SUITE_P(Methods, Laws, ::testing::ValuesIn(methodNames()), [](const auto& row) { return row.param; });
+INSTANTIATE_TEST_SUITE_P(Methods, Laws, ::testing::ValuesIn([] {
+                             std::vector<std::string> names = methodNames();
+                             names.emplace_back("wavefront");
+                             return names;
+                         }()),
+                         [](const auto& row) { return row.param; });
 
 }  // namespace
 }  // namespace photic
