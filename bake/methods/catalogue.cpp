@@ -20,11 +20,7 @@ namespace photic {
 std::span<const Method> methodCatalogue() {
     // In the order in which `auto` tries them.
     static const std::vector<Method> rows{
-        beamsMethod(),
-        photonsMethod(),
-        eikonalMethod(),
-        waveMethod(),
-        wavefrontMethod(),
+        beamsMethod(), photonsMethod(), eikonalMethod(), waveMethod(), wavefrontMethod(),
     };
     return rows;
 }
