@@ -143,6 +143,25 @@ void layMedia(const Media& media, const GridFrame& frame, int channel, FrontSpac
     for (int k = 0; k < 3; ++k) space.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
 }
 
+/// Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
+constexpr double kGentleContrast = 0.15;
+
+/// Range of n^2 over some places, for an estimate.
+double contrastOf(const Media& media, const GridFrame& frame) {
+    double least = 1e300, most = 0;
+    const auto look = [&](const glm::dvec3& world) {
+        const double square = 2 * media.halfSquare(world, 0);
+        least = std::min(least, square), most = std::max(most, square);
+    };
+    for (int i = 0; i < 27; ++i) {
+        const glm::dvec3 share = glm::dvec3(i % 3, i / 3 % 3, i / 9) * 0.5;
+        look(frame.worldFromIndex(glm::mix(glm::dvec3(frame.min), glm::dvec3(frame.max), share)));
+    }
+    for (const GradedObject& object : media.objects)
+        if (const auto bounds = object.index.front()->bounds()) look(0.5 * (bounds->min + bounds->max));
+    return most - least;
+}
+
 /// Makes one stage, "fronts", of all fronts of all lights.
 class FrontProgress final : public Monitor {
 public:
@@ -298,10 +317,8 @@ private:
     /// one ray of a tube goes straight on and another turns, only the narrowest tubes are lost then.
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
-        // Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
-        constexpr double kTurns = 0.15;
         constexpr int kHalvings = 3;
-        if (2 * (space_.index->largest() - space_.index->least()) < kTurns) return front;
+        if (2 * (space_.index->largest() - space_.index->least()) < kGentleContrast) return front;
         const std::size_t most = 3 * front.tubes.size();
         SweepTotals nobodys;
         FrontSweep probe(space_, field, voxelise_, nobodys, monitor);
@@ -399,7 +416,9 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), question.options);
     const Scene& scene = question.scene;
     // Seconds of one thread of a 2.6 GHz server core.
-    constexpr double kSecondsANode = 1.5e-7, kSecondsARayStep = 1e-8, kSecondsATubeLayer = 2e-8, kSecondsAValue = 1e-8;
+    constexpr double kSecondsANode = 3e-7, kSecondsARayStep = 4e-8, kSecondsATubeLayer = 2e-8, kSecondsAValue = 2e-8;
+    // Where light may turn, what would be lost is looked for first, and layers are evaluated at more points.
+    constexpr double kTurning = 5;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
     const Media media(scene);
     const int passes = media.disperses() ? 3 : 1;
@@ -416,7 +435,8 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     }
     MethodCost cost;
     const double nodes = size.x * size.y * size.z;
-    cost.stages = {{"index", passes * nodes * kSecondsANode}, {"fronts", passes * fronts}};
+    cost.stages = {{"index", passes * nodes * kSecondsANode},
+                   {"fronts", passes * fronts * (contrastOf(media, question.frame) < kGentleContrast ? 1 : kTurning)}};
     cost.bytes = nodes * (media.attenuate() ? 5 : 4);
     if (directions > 4 * static_cast<double>(scene.lights.size()))
         cost.dearest = fmt::format(

@@ -36,6 +36,25 @@ TEST(Wavefront, StandsHardIndices) {
         }
 }
 
+TEST(Wavefront, StandsThinShells) {
+    // A ball of glass around a ball of air, of which the glass is thinner than a voxel, or as thick as a few.
+    constexpr double kVoxel = 0.6 / 24;
+    for (const double thickness : {0.3, 1.0, 3.0}) {
+        const auto ball = [](const char* name, double n, double radius) {
+            return fmt::format(
+                "[[medium]]\nname = \"{}\"\nindex = {{ kind = \"fish_eye\", n0 = {}, scale = 1000, radius = {} }}\n",
+                name, n, radius);
+        };
+        const Bake b = bake(sceneOf("min = [-0.3, -0.3, -0.3]\nmax = [0.3, 0.3, 0.3]\nresolution = 24", kDown,
+                                    ball("hollow", 1, 0.2 - thickness * kVoxel) + ball("glass", 1.5, 0.2)));
+        EXPECT_LT(b.report().power.imbalance(), 1e-9) << thickness;
+        EXPECT_LT(b.report().path.imbalance(), 1e-3) << thickness;
+        EXPECT_GT(b.field().sum(0), 0) << thickness;
+        EXPECT_TRUE(std::isfinite(b.field().sum(0))) << thickness;
+        EXPECT_LT(b.report().power.dropped, 0.15 * b.report().power.escaped) << thickness;
+    }
+}
+
 TEST(Wavefront, ThreadsChangeNoBit) {
     const Scene scene = sceneOf("min = [-0.4, -0.4, -0.5]\nmax = [0.4, 0.4, 0.4]\nresolution = 40", kDown,
                                 medium("{ kind = \"luneburg\", radius = 0.3 }", "absorption = 0.3"));
