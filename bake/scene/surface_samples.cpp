@@ -6,15 +6,10 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "bake/scene/scattered_points.h"
+
 namespace photic {
 namespace {
-
-/// The i-th point of the lattice of Roberts' plastic number in the unit square.
-glm::dvec2 latticePoint(int i) {
-    constexpr double kX = 0.7548776662466927, kY = 0.5698402909980532;
-    const double x = 0.5 + kX * i, y = 0.5 + kY * i;
-    return {x - std::floor(x), y - std::floor(y)};
-}
 
 struct Footprint {
     glm::dvec2 min{0}, max{0};
@@ -35,7 +30,8 @@ std::vector<glm::dvec2> placesOn(const Surface& surface, const Domain& domain, i
     const Footprint footprint = footprintOf(surface, domain);
     std::vector<glm::dvec2> places;
     if (footprint.empty()) return places;
-    for (int i = 0; i < count; ++i) places.push_back(footprint.min + (footprint.max - footprint.min) * latticePoint(i));
+    for (int i = 0; i < count; ++i)
+        places.push_back(footprint.min + (footprint.max - footprint.min) * scatteredPoint(i));
     return places;
 }
 
@@ -67,7 +63,7 @@ std::vector<SurfaceSample> samplesOf(const Surface& surface, const Domain& domai
         const glm::dvec3 a = areaVector(t);
         const double size = glm::length(a);
         for (passed += size; next < count && passed >= (next + 0.5) * area / count; ++next) {
-            glm::dvec2 b = latticePoint(next);
+            glm::dvec2 b = scatteredPoint(next);
             if (b.x + b.y > 1) b = glm::dvec2(1) - b;
             const glm::dvec3 p =
                 (1 - b.x - b.y) * mesh.positions[t[0]] + b.x * mesh.positions[t[1]] + b.y * mesh.positions[t[2]];

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/report/error.h"
+#include "bake/scene/scattered_points.h"
 
 namespace photic {
 namespace {
@@ -19,9 +20,7 @@ std::vector<double> probedBends(const PathTracer& tracer, const LaunchDomain& do
     const PathComparison compare(tracer);
     std::vector<double> bends;
     for (int i = 0; i < kProbes; ++i) {
-        // Roberts' R2 sequence.
-        const glm::dvec2 x(std::fmod(0.5 + 0.7548776662466927 * i, 1.0), std::fmod(0.5 + 0.5698402909980532 * i, 1.0));
-        const glm::dvec2 uv = domain.min + x * (domain.max - domain.min);
+        const glm::dvec2 uv = domain.min + scatteredPoint(i) * (domain.max - domain.min);
         const auto path = [&](double du, double dv) {
             return tracer.trace({{uv.x + du, uv.y + dv, 0}, glm::dvec3(0)}, {0, 0, 1});
         };
