@@ -8,6 +8,7 @@
 #include "bake/deposit/ernst_deposit.h"
 #include "bake/deposit/voxelise.h"
 #include "bake/methods/beams_cost.h"
+#include "bake/methods/disc_samples.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/scene/wave_field.h"

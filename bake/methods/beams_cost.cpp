@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/methods/disc_samples.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/paths/launch_domain.h"
 #include "bake/paths/optical_scene.h"

@@ -20,7 +20,7 @@ struct PhotonOptions {
     int wavelengths = 12;  ///< at which light is traced where media disperse
 };
 
-/// The reference method: quasi-random paths, one refraction or reflection each, with a track-length estimate of the
+/// The reference method: quasi-random paths of any number of events, with a track-length estimate of the
 /// fluence rate in every needed voxel. Unbiased for voxel averages; the standard error per voxel comes from the spread
 /// of the shifts.
 ///

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "bake/field/disc_blur.h"
-#include "bake/paths/optical_scene.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
@@ -19,11 +18,5 @@ bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame);
 /// The disc's image in each z layer of the grid after one event at the surface's mean plane: depth x
 /// d(slope)/d(direction).
 std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame);
-
-/// How many directions of a sun's disc stand for it where it is sampled: by how far its rim's light lands from its
-/// middle's, in voxels (root mean square over rays through every surface, along their strongest branches). The samples
-/// then lie half a voxel apart.
-/// @param most  no more than these
-int discSamples(const OpticalScene& optics, const Light& light, int most);
 
 }  // namespace photic
