@@ -44,13 +44,15 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
 int OpticalScene::mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm) {
     const auto same = [&](const Medium& other) {
         return medium.name == other.name && medium.absorption == other.absorption &&
-               medium.scattering == other.scattering && medium.priority == other.priority &&
-               medium.ior.mean() == other.ior.mean() && medium.ior.atChannels() == other.ior.atChannels();
+               medium.scattering == other.scattering && medium.anisotropy == other.anisotropy &&
+               medium.priority == other.priority && medium.ior.mean() == other.ior.mean() &&
+               medium.ior.atChannels() == other.ior.atChannels();
     };
     const auto known = std::find_if(given_media_.begin(), given_media_.end(), same);
     if (known != given_media_.end()) return static_cast<int>(known - given_media_.begin());
     OpticalMedium out;
-    out.absorption = medium.absorption, out.scattering = medium.scattering, out.priority = medium.priority;
+    out.absorption = medium.absorption, out.scattering = medium.scattering;
+    out.anisotropy = medium.anisotropy, out.priority = medium.priority;
     out.iors.push_back(medium.ior.mean());
     for (const double nm : wavelengths_nm) out.iors.push_back(medium.ior.at(nm));
     out.disperses = medium.ior.disperses() && !wavelengths_nm.empty();

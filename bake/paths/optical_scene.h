@@ -19,6 +19,7 @@ namespace photic {
 struct OpticalMedium {
     std::vector<double> iors;                 ///< at each of the scene's wavelengths
     glm::dvec3 absorption{0}, scattering{0};  ///< per channel [1/m]
+    double anisotropy = 0;                    ///< Henyey-Greenstein g
     int priority = 0;
     bool disperses = false;
     glm::dvec3 extinction() const { return absorption + scattering; }

@@ -92,10 +92,7 @@ GlassView::Leg GlassView::nextMeeting(const EyeRay& ray) const {
 // What the leg's medium takes and scatters, inside the domain.
 void GlassView::addHaze(const EyeRay& ray, const Leg& leg, glm::dvec3& throughput, Rgba& out) const {
     const OpticalMedium& medium = optics_.medium(optics_.mediumOf(ray.inside));
-    Medium of_leg;
-    of_leg.absorption = medium.absorption, of_leg.scattering = medium.scattering;
-    of_leg.anisotropy = scene_.medium.anisotropy;
-    const Haze haze = shading_.hazeOf(of_leg);
+    const Haze haze = shading_.hazeOf(medium.extinction(), medium.scattering, medium.anisotropy);
     if (haze.extinction == glm::dvec3(0)) return;
     double begin = 0, end = leg.length;
     for (int axis = 0; axis < 3; ++axis) {

@@ -47,7 +47,7 @@ glm::dvec3 tiled(const glm::dvec3& position, const glm::dvec3& normal, const glm
 
 ViewShading::ViewShading(const Scene& scene, const LightVolume& volume, const ViewSettings& settings)
     : scene_(scene), settings_(settings), lookup_(volume), reference_(scene.referenceIrradiance()) {
-    water_ = hazeOf(scene.medium);
+    water_ = hazeOf(scene.medium.extinction(), scene.medium.scattering, scene.medium.anisotropy);
     if (!scene.medium.present()) water_.extinction += kCleanWater;
     for (const Light& light : scene.lights) {
         if (glm::length(light.irradiance) > glm::length(sun_irradiance_)) {
@@ -59,8 +59,8 @@ ViewShading::ViewShading(const Scene& scene, const LightVolume& volume, const Vi
     step_length_ = glm::length(scene.domain.max - scene.domain.min) / std::max(1, settings.march_steps);
 }
 
-Haze ViewShading::hazeOf(const Medium& medium) const {
-    Haze haze{medium.extinction(), medium.scattering, medium.anisotropy};
+Haze ViewShading::hazeOf(const glm::dvec3& extinction, const glm::dvec3& scattering, double anisotropy) const {
+    Haze haze{extinction, scattering, anisotropy};
     if (settings_.shaft_scattering) {
         haze.extinction += *settings_.shaft_scattering - haze.scattering;
         haze.scattering = glm::dvec3(*settings_.shaft_scattering);

@@ -45,7 +45,7 @@ public:
                         const glm::dvec3& direct) const;
 
     /// A medium's haze, or more of it where the settings ask for shafts.
-    Haze hazeOf(const Medium& medium) const;
+    Haze hazeOf(const glm::dvec3& extinction, const glm::dvec3& scattering, double anisotropy) const;
     /// Of the water; clean water's where the scene sets no medium.
     const Haze& water() const { return water_; }
     double reference() const { return reference_; }
