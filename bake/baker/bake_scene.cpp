@@ -82,11 +82,16 @@ glm::dvec2 periodOfLight(const Scene& scene) {
     return size.x + half_voxel >= period.x && size.y + half_voxel >= period.y ? period : glm::dvec2(0);
 }
 
-/// Of the medium that the light goes on in: below the first surface that refracts.
+/// Of the medium that receivers stand in: below the first open surface that lets light in. A closed body is something
+/// in that medium; with such bodies alone, receivers stand outside of them.
 double iorOfMedium(const Scene& scene) {
+    const auto isBody = [](const Surface& s) { return s.closed || s.sphere.has_value() || s.thin; };
     for (const Surface& surface : scene.surfaces) {
-        if (surface.event != SurfaceEvent::Reflect) return surface.ior_below;
+        const bool lets_in = surface.event == SurfaceEvent::Refract || surface.event == SurfaceEvent::Both;
+        if (lets_in && !isBody(surface)) return sideOf(scene, surface, Side::Below).ior.mean();
     }
+    for (const Surface& surface : scene.surfaces)
+        if (isBody(surface)) return sideOf(scene, surface, Side::Above).ior.mean();
     return 1.0;
 }
 

@@ -33,6 +33,32 @@ double difference(const LightField& a, const LightField& b) {
     return most / largest;
 }
 
+// Receivers in water see by its index; a body of glass is something that stands beside them, whatever it is made of.
+TEST(BakeScene, SaysTheIndexOfWhatReceiversStandIn) {
+    constexpr const char* kBall = R"(
+[[medium]]
+name = "glass"
+ior = 1.5
+[[surface]]
+name = "ball"
+kind = "sphere"
+position = [0, 0, -0.2]
+radius = 0.1
+inside = "glass"
+event = "refract"
+)";
+    Record monitor;
+    const auto iorOf = [&](const Scene& scene) { return bakeScene(scene, monitor).volume.metadata.at("ior"); };
+    const Scene pool = poolScene();
+    const std::string water = iorOf(pool);
+    EXPECT_NEAR(std::stod(water), 1.333, 1e-3);
+    Scene ball = poolScene(kBall);
+    ball.bake.method = "beams";
+    EXPECT_EQ(iorOf(ball), water);
+    ball.surfaces.erase(ball.surfaces.begin());
+    EXPECT_EQ(iorOf(ball), "1");
+}
+
 TEST(BakeScene, IsTheMethodsFieldWithAllThatAVolumeHolds) {
     for (const Method& method : methodCatalogue()) {
         Scene scene = sceneFor(method, "[medium]\nabsorption = 0.1\nscattering = 0.2\nanisotropy = 0.3\n");
