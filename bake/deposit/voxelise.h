@@ -33,9 +33,10 @@ struct DepositTotals {
     std::int64_t constant_leaves = 0;
 };
 
-/// Points at which a layer of these tubes is evaluated: one where their mean slope moves them by at most 0.65 voxels
-/// from a layer to the next, two up to 1, four beyond. A layer's middle stands for the whole layer badly where light
-/// crosses it slantwise: under a sun at 75 degrees one point is off by 5 % in the volume, four by 0.5 %.
+/// Points at which a layer of these tubes is evaluated: one where their slope (root mean square) moves them by at
+/// most 0.65 voxels from a layer to the next, two up to 1, four beyond. A layer's middle stands for the whole layer
+/// badly where light crosses it slantwise: under a sun at 75 degrees one point is off by 5 % in the volume, four by 0.5
+/// %.
 int pointsAcrossLayer(double slope_voxels);
 int pointsAcrossLayer(const TubeSet& tubes);
 

@@ -148,8 +148,7 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
     tubes_ += 2 * std::int64_t{columns} * rows;
     const RayRow& r = row[rows / 2];
     const auto middle = static_cast<std::size_t>(first + columns / 2);
-    const double weight = static_cast<double>(set.tubes.back().power[0]);
-    set.slope_power += weight, set.slope_u_power += weight * r.du[middle], set.slope_v_power += weight * r.dv[middle];
+    set.addSlope(r.du[middle], r.dv[middle], 2.0 * columns * rows * static_cast<double>(set.tubes.back().power[0]));
     set.blocks.push_back(std::move(block));
 }
 

@@ -227,12 +227,9 @@ void TubeBuilder::layTube(const Corners& corners, int axis, const glm::dvec3& po
     set.tubes.push_back(constantsOf(corners, axis, power));
     ++tubes_;
 
-    const double weight = channelMean(power);
     const auto axes = axesFor(axis);
     const glm::dvec3 d = frame().indexDirection(a.direction);
-    set.slope_power += weight;
-    set.slope_u_power += weight * d[axes[0]] / d[axis];
-    set.slope_v_power += weight * d[axes[1]] / d[axis];
+    set.addSlope(d[axes[0]] / d[axis], d[axes[1]] / d[axis], channelMean(power));
 }
 
 TubeConstants TubeBuilder::constantsOf(const Corners& corners, int axis, const glm::dvec3& power) const {

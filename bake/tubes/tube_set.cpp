@@ -40,7 +40,8 @@ void TubeSet::append(const TubeSet& other) {
     }
     corners.insert(corners.end(), other.corners.begin(), other.corners.end());
     tubes.insert(tubes.end(), other.tubes.begin(), other.tubes.end());
-    slope_u_power += other.slope_u_power, slope_v_power += other.slope_v_power, slope_power += other.slope_power;
+    slope_u_power += other.slope_u_power, slope_v_power += other.slope_v_power;
+    slope2_power += other.slope2_power, slope_power += other.slope_power;
 }
 
 }  // namespace photic

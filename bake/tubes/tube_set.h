@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
@@ -59,7 +60,8 @@ struct TubeSet {
     int axis = 2;      ///< the grid axis that is w: 0 (u, v = y, z), 1 (z, x), 2 (x, y)
     int sense = -1;    ///< +1: light travels towards larger w
     int channels = 1;  ///< of power: 1 white, 3 coloured
-    double slope_u_power = 0, slope_v_power = 0, slope_power = 0;  ///< sums of du/dw and dv/dw x power, and of power
+    /// Sums of du/dw, dv/dw and of the sum of their squares, each x power, and of power.
+    double slope_u_power = 0, slope_v_power = 0, slope2_power = 0, slope_power = 0;
     std::vector<TubeBlock> blocks;
     std::vector<CornerRay> corners;
     std::vector<TubeConstants> tubes;
@@ -68,6 +70,13 @@ struct TubeSet {
     /// Power-weighted mean slope of the rays.
     double meanSlopeU() const { return slope_power > 0 ? slope_u_power / slope_power : 0; }
     double meanSlopeV() const { return slope_power > 0 ? slope_v_power / slope_power : 0; }
+    /// Root of the power-weighted mean square of the rays' slopes: light that goes apart slants, whatever its mean.
+    double rmsSlope() const { return slope_power > 0 ? std::sqrt(slope2_power / slope_power) : 0; }
+    /// Counts what the sums are made of.
+    void addSlope(double du_dw, double dv_dw, double power) {
+        slope_power += power, slope_u_power += power * du_dw, slope_v_power += power * dv_dw;
+        slope2_power += power * (du_dw * du_dw + dv_dw * dv_dw);
+    }
     /// Adds the blocks of a set of the same axis and sense.
     void append(const TubeSet& other);
 };
