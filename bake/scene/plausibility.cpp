@@ -298,8 +298,9 @@ void endlessWalls(const Scene& scene, const Surface& surface, const Light& light
     double blocked = 0;
     const auto hides = [&](const Object& object, std::size_t i) {
         const Plane& plane = std::get<Plane>(object.shape);
-        const double height = glm::dot(plane.normal, samples[i].position - plane.point);
-        return height * glm::dot(plane.normal, light.direction) > 0;
+        // Light that came from behind, in front of the wall; what lies behind it nobody looks at.
+        return glm::dot(plane.normal, samples[i].position - plane.point) > 0 &&
+               glm::dot(plane.normal, light.direction) > 0;
     };
     while (true) {
         const Object* worst = nullptr;

@@ -123,7 +123,7 @@ TEST(Bake, WarnsOfReceiversWithoutAVoxelBehindThem) {
     pool.extra.replace(pool.extra.find("[1, 0, 0]"), 9, "[0.9, 0, 0]");
     place.write("pool.toml", pool.text());
     const Outcome inside = photic(place, {"bake", "pool.toml", "--progress=json"});
-    EXPECT_EQ(inside.err.find("lies at the edge"), std::string::npos) << inside.err;
+    EXPECT_EQ(inside.err.find("warning\""), std::string::npos) << inside.err;
 }
 
 /// A mesh whose faces are turned over, or agree not with one another, is said while it is baked, and in the report.

@@ -159,6 +159,8 @@ TEST_F(Plausibility, WallsWithoutAnEnd) {
     warned(load(text), {"75.1 % of the light of 'low' on 'water' (2124 W", "by 'west'", "walls that end"});
     text.rest = floor + east + movable + west + movable;
     quiet(load(text));
+    text.rest = floor + east;  // which the light falls on: what lies behind it is dark, as it should be
+    quiet(load(text));
     text.rest = floor + east + west + south;
     text.light = "[[light]]\nname = \"low\"\ntype = \"sun\"\ndirection = [1, 1, -1]\n";
     warned(load(text), {"'west'", "'south'"});
