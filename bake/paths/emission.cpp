@@ -7,9 +7,13 @@
 #include <numbers>
 
 #include "bake/optics/tangent_frame.h"
+#include "bake/scene/scattered_points.h"
 
 namespace photic {
 namespace {
+
+// Of a lamp's strength on its axis: where the middle differs by more from the mean of the ends, it is not even.
+constexpr double kEven = 0.01;
 
 std::vector<LightSample> discSamples(const Light& light, int count) {
     const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
@@ -38,10 +42,8 @@ std::vector<LightSample> lightSamples(const Light& light, int disc_samples) {
     std::vector<LightSample> samples;
     const glm::dvec3 across = light.tangent, up = glm::cross(light.direction, light.tangent);
     for (int i = 0; i < std::max(light.samples, 1); ++i) {
-        // Roberts' R2 sequence.
-        const double x = std::fmod(0.5 + 0.7548776662466927 * i, 1.0) - 0.5;
-        const double y = std::fmod(0.5 + 0.5698402909980532 * i, 1.0) - 0.5;
-        samples.push_back({light.direction, *light.position + x * light.size.x * across + y * light.size.y * up,
+        const glm::dvec2 place = (scatteredPoint(i) - 0.5) * light.size;
+        samples.push_back({light.direction, *light.position + place.x * across + place.y * up,
                            light.power / (std::numbers::pi * std::max(light.samples, 1)), &light});
     }
     return samples;
@@ -88,6 +90,27 @@ glm::dvec3 Emission::power(const glm::dvec3& a, const glm::dvec3& b, const glm::
                                   lu * lv * lw + glm::dot(u, v) * lw + glm::dot(u, w) * lv + glm::dot(v, w) * lu);
     if (!surface_.mesh && volume < 0) angle = 0;
     return angle * (strengthTowards(u / lu) + strengthTowards(v / lv) + strengthTowards(w / lw)) / 3.0;
+}
+
+Emission::Between Emission::between(const glm::dvec3& a, const glm::dvec3& b) const {
+    if (!sample_.source || sample_.light->type == LightType::Point) return Between::Even;
+    const glm::dvec3 middle = 0.5 * (a + b), to = middle - *sample_.source;
+    const double distance = glm::length(to), reach = glm::length(b - a);
+    if (!(distance > reach)) return Between::Uneven;
+    const auto strength = [&](const glm::dvec3& point) {
+        const double cosine = glm::dot(glm::normalize(point - *sample_.source), sample_.direction);
+        return sample_.light->type == LightType::Rectangle ? std::max(0.0, cosine) : sample_.light->spotFalloff(cosine);
+    };
+    if (sample_.light->type == LightType::Spot) {
+        // The angle between the axis and the middle, less what the reach may turn it by.
+        const double half_cone = 0.5 * sample_.light->cone_angle_deg * std::numbers::pi / 180;
+        const double off = std::acos(std::clamp(glm::dot(to, sample_.direction) / distance, -1.0, 1.0));
+        if (off - std::asin(reach / distance) > half_cone) return Between::Dark;
+        // A cone that the corners may stand around, or its rim.
+        if (reach > 0.5 * distance * std::tan(std::min(half_cone, 1.0))) return Between::Uneven;
+    }
+    const double at_a = strength(a), at_b = strength(b);
+    return std::fabs(strength(middle) - 0.5 * (at_a + at_b)) > kEven ? Between::Uneven : Between::Even;
 }
 
 glm::dvec3 Emission::irradianceAt(const glm::dvec3& point) const {

@@ -70,6 +70,11 @@ public:
     /// lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength at the corners.
     glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
+    /// What a lamp's strength does between two points of the surface and as far beside them: corners speak for the
+    /// light between them only where it is even.
+    enum class Between { Even, Uneven, Dark };
+    Between between(const glm::dvec3& a, const glm::dvec3& b) const;
+
     /// Irradiance across the rays at a point [W/m2].
     glm::dvec3 irradianceAt(const glm::dvec3& point) const;
 

@@ -29,7 +29,7 @@ struct LaunchDomain {
 /// surface's heights. For meshes, which are launched whole, the result is empty. Cost: some 16,000 surface points.
 LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame);
 
-/// Why the scene's surfaces cannot be baked with one refraction or reflection a path; empty when they can.
+/// Why the scene's surfaces cannot be baked by rays; empty when they can.
 std::string specularRefusal(const Scene& scene);
 
 }  // namespace photic

@@ -10,9 +10,38 @@
 namespace photic {
 namespace {
 
-// Share of an emission's power below which a history is divided anew from the launched triangles, and followed for one
-// sample of a light only.
-constexpr double kFaintHistory = 1.0 / 8;
+// Shares of an emission's power: below the first a history is followed for one sample of a light only, below the second
+// it is divided anew from the launched triangles.
+constexpr double kOneSample = 1.0 / 8, kFromRoots = 1.0 / 32;
+
+// Of the tolerance, for light that meets bodies: they gather it into few voxels, where what a chord misplaces is seen,
+// and most of their tubes are as small as they are for the sake of an outline.
+constexpr double kBodies = 1.0 / 4;
+
+// Of the unfocused light on a voxel's face: seeds that carry less are too faint to be seen one by one.
+constexpr double kFaintSeed = 1.0 / 256;
+
+// Of seeds that carry less than `least`, as many as carry that much together; each stands for those before it.
+std::vector<TubeSeed> withoutFaint(const std::vector<TubeSeed>& seeds, double least) {
+    std::vector<TubeSeed> kept, of_faint;
+    double faint = 0, waiting = 0.5 * least;
+    for (const TubeSeed& seed : seeds) {
+        if (seed.power >= least) {
+            kept.push_back(seed);
+            continue;
+        }
+        faint += seed.power, waiting += seed.power;
+        if (waiting < least) continue;
+        waiting -= least;
+        of_faint.push_back(seed);
+    }
+    if (of_faint.empty()) return seeds;  // so few that they may stay
+    for (TubeSeed& seed : of_faint) seed.power = faint / static_cast<double>(of_faint.size());
+    // In the order in which they came: those of one launched triangle follow one another.
+    kept.insert(kept.end(), of_faint.begin(), of_faint.end());
+    std::stable_sort(kept.begin(), kept.end(), [](const TubeSeed& a, const TubeSeed& b) { return a.root < b.root; });
+    return kept;
+}
 
 std::vector<Branch> branchesOf(const Surface& surface) {
     switch (surface.event) {
@@ -105,12 +134,22 @@ std::vector<HistoryLauncher::Light> HistoryLauncher::parted(const Light& light, 
     return out;
 }
 
+// What an emission's unfocused light brings to a voxel's face [W].
+double HistoryLauncher::powerOnAVoxel(const Light& light) const {
+    const Surface& surface = light.emission.surface();
+    const double side = std::cbrt(std::fabs(glm::determinant(optics_.frame().worldFromIndex())));
+    return channelMean(light.emission.irradianceAt(surface.center)) * side * side *
+           fullShare(optics_, light.emission.surfaceIndex());
+}
+
 LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_branch) const {
     LaunchOptions options = options_;
     options.tubes.counts_emission = first_branch && history.size() == 1;
     options.tubes.counts_event = first_branch;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
     options.refine.full_share = fullShare(optics_, history.front().surface);
+    if (history.size() > 1 || optics_.scene().surfaces[static_cast<std::size_t>(history.front().surface)].closed)
+        options.refine.tolerance *= kBodies;
     return options;
 }
 
@@ -152,7 +191,7 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
     for (auto& [surface, part] : by_surface) {
         double power = 0;
         for (const TubeSeed& seed : part) power += seed.power;
-        if (faint_ && !takes_faint_ && power < kFaintHistory * light.emitted) {
+        if (faint_ && !takes_faint_ && power < kOneSample * light.emitted) {
             faint_->leave(history, surface, light.wavelength, power);
             continue;
         }
@@ -162,6 +201,7 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
             continue;
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;
+        part = withoutFaint(part, kFaintSeed * powerOnAVoxel(light));
         for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, power, totals);
     }
 }
@@ -175,7 +215,7 @@ void HistoryLauncher::branchAt(const Light& light, const History& history, int s
         const History longer = continued(history, {surface, branch});
         const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
         LaunchOptions options = optionsFor(longer, first_branch);
-        options.from_roots = power < kFaintHistory * light.emitted;
+        options.from_roots = power < kFromRoots * light.emitted;
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         first_branch = false;

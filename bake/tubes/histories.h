@@ -70,6 +70,7 @@ private:
     void goOn(const Light& light, const History& history, const std::vector<TubeSeed>& seeds, LaunchTotals& totals);
     void branchAt(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& seeds,
                   double power, LaunchTotals& totals);
+    double powerOnAVoxel(const Light& light) const;
     LaunchOptions optionsFor(const History& history, bool first_branch) const;
     std::vector<Light> parted(const Light& light, int surface) const;
 

@@ -19,7 +19,7 @@ constexpr std::int64_t kPartsABatch = 1024;
 std::int64_t trianglesAPart(std::int64_t triangles) { return std::clamp<std::int64_t>(triangles / 256, 1, 16); }
 
 constexpr int kSphereRings = 16;
-constexpr double kPlaneCell = 2;  // [voxels] of cells of a plane across the light
+constexpr double kPlaneCell = 1;  // [voxels] of cells of a plane across the light
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
     for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;

@@ -11,10 +11,10 @@ namespace {
 
 // Of the unfocused light on a voxel's face: tubes that carry less are not divided. What they misplace cannot be seen,
 // and behind many events, or at a grazing entry, there would be no end of them.
-constexpr double kLeastPower = 1.0 / 256, kLeastAfterMany = 1.0 / 48;
+constexpr double kLeastPower = 1.0 / 256, kLeastAfterMany = 1.0 / 128;
 
 // Of an edge along a body's rim, whose ends face across the light: what its chord cuts off does face the light.
-constexpr double kLeastFacing = 1.0 / 16;
+constexpr double kLeastFacing = 1.0 / 8;
 
 // Share of full light below which tubes become no coarser.
 constexpr double kFaintest = 1.0 / 256;
@@ -155,10 +155,22 @@ double Refiner::leastPower() const {
     return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share;
 }
 
-bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m) const {
-    const double width = compare_.width(a, b);
+// Whether an edge stays whole whatever lies between its ends.
+bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
+    if (options_.max_edge > 0 && width > options_.max_edge) return false;
+    return width <= options_.silhouette || compare_.carries(a, b) < leastPower();
+}
+
+bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
-    if (width <= options_.silhouette || compare_.carries(a, b) < leastPower()) return false;
+    switch (tracer_.emission().between(a.entry, b.entry)) {
+        case Emission::Between::Dark:
+            return false;
+        case Emission::Between::Uneven:
+            return true;
+        case Emission::Between::Even:
+            break;
+    }
     // Where nothing is laid, light is followed only as well as it must be to come back.
     if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
@@ -179,20 +191,24 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
     const double width = compare_.width(a, b);
     Edge& edge = edges_[middle(a.param, b.param)];
     edge.split = bend > options_.tolerance ||
+                 tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
                  (width > options_.silhouette &&
                   ((!obstacles_.none() && obstacles_.between(a, b, width)) || (width > 1 && compare_.endsApart(a, b))));
-    if (!edge.split) return;
-    edge.middle = tracer_.trace(middle(a.param, b.param), face);
+    if (edge.split) traceMiddle(edge, middle(a.param, b.param), face);
+}
+
+void Refiner::traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face) {
+    edge.middle = tracer_.trace(param, face), edge.traced = true;
     ++traced_;
 }
 
 const Refiner::Edge& Refiner::edgeBetween(const Path& a, const Path& b, const glm::dvec3& face) {
     const EmissionParam param = middle(a.param, b.param);
     auto [it, fresh] = edges_.try_emplace(param);
-    if (fresh) {
-        it->second.middle = tracer_.trace(param, face);
-        it->second.split = mustSplit(a, b, it->second.middle);
-        ++traced_;
+    const double width = fresh ? compare_.width(a, b) : 0;
+    if (fresh && !isFineEnough(a, b, width)) {
+        traceMiddle(it->second, param, face);
+        it->second.split = mustSplit(a, b, it->second.middle, width);
     }
     return it->second;
 }
@@ -210,8 +226,13 @@ int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& 
     const double carries = std::max({compare_.carries(a, b), compare_.carries(b, c), compare_.carries(c, a)});
     if (!lit || widest <= options_.silhouette || carries < leastPower() || builder_.axisServes(a, b, c))
         return builder_.add(a, b, c, face);
-    const Edge all[3] = {{ab.middle, true}, {bc.middle, true}, {ca.middle, true}};
-    const Edge* halved[3] = {&all[0], &all[1], &all[2]};
+    Edge all[3];
+    const Edge* halved[3];
+    for (int i = 0; i < 3; ++i) {
+        all[i] = *edges[i];
+        if (!all[i].traced) traceMiddle(all[i], middle(corners[i]->param, corners[(i + 1) % 3]->param), face);
+        all[i].split = true, halved[i] = &all[i];
+    }
     return divide(corners, halved, face, depth + 1);
 }
 

@@ -84,8 +84,8 @@ public:
 
 private:
     struct Edge {
-        Path middle;
-        bool split = false;
+        Path middle;  ///< where `traced`
+        bool split = false, traced = false;
     };
     struct ParamHash {
         std::size_t operator()(const EmissionParam& p) const;
@@ -98,7 +98,9 @@ private:
     bool joinable(const Path* const* corners, std::size_t first, int met) const;
     const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
     double leastPower() const;
-    bool mustSplit(const Path& a, const Path& b, const Path& m) const;
+    bool isFineEnough(const Path& a, const Path& b, double width) const;
+    bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
+    void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 
     const PathTracer& tracer_;
     const Obstacles& obstacles_;

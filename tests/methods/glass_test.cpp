@@ -101,8 +101,8 @@ TEST(Glass, ABallCatchesWhatItsDiscDoes) {
         GlassScene glass(32, sun);
         glass.addSphere({0.1, -0.05, 0.3}, 0.4, SurfaceEvent::Both);
         const BakeResult r = glass.bake(beamsMethod());
-        EXPECT_NEAR(r.report.power.emitted / (std::numbers::pi * 0.16), 1, 1.5e-3) << "rim cut off, or counted twice";
-        EXPECT_LT(r.report.power.dropped / r.report.power.emitted, 3e-3) << "faint, after many events";
+        EXPECT_NEAR(r.report.power.emitted / (std::numbers::pi * 0.16), 1, 1e-3) << "rim cut off, or counted twice";
+        EXPECT_LT(r.report.power.dropped / r.report.power.emitted, 2e-3) << "faint, after many events";
     }
 }
 
@@ -166,8 +166,7 @@ TEST(Glass, AFineMeshOfABallIsTheBall) {
     EXPECT_NEAR(mesh.report.power.emitted / ball.report.power.emitted, 1, 5e-3);
     EXPECT_LT(mesh.report.power.imbalance(), 1e-9);
     EXPECT_LT(mesh.report.power.dropped / mesh.report.power.emitted, 5e-3);
-    // Six voxels in radius: each is off by some 2 to 3 % at the default tolerance.
-    EXPECT_LT(relativeL1(mesh.field, ball.field), 0.045);
+    EXPECT_LT(relativeL1(mesh.field, ball.field), 0.03);
 }
 
 // Two bodies that overlap, walls thinner than a voxel, a foot on the table: refinement has gone on here without end.
@@ -186,6 +185,25 @@ TEST(Glass, AGlassOfWineComesToAnEnd) {
         EXPECT_LT(r.report.power.imbalance(), 1e-9) << turn;
         EXPECT_LT(r.report.power.dropped / r.report.power.emitted, 0.1) << turn;
     }
+}
+
+// A cone narrower than the triangles: their corners stand in the dark.
+TEST(Glass, ASpotOnABigMirrorLosesNothing) {
+    GlassScene glass(32);
+    Light& spot = glass.scene.lights[0];
+    spot.type = LightType::Spot, spot.position = glm::dvec3(0.1, 0.05, 0.9), spot.direction = {0, 0, -1};
+    spot.power = glm::dvec3(4 * std::numbers::pi), spot.cone_angle_deg = 10, spot.blend = 0.4;
+    Surface& mirror = glass.add(support::boxMesh({-0.9, -0.9, -0.8}, {0.9, 0.9, -0.7}), SurfaceEvent::Mirror);
+    mirror.smooth = false;
+    const BakeResult r = glass.bake(beamsMethod());
+    // Intensity 1 W/sr on the axis: its falloff over the cone.
+    double expected = 0;
+    constexpr int kRings = 20000;
+    const double rim = std::cos(5 * std::numbers::pi / 180);
+    for (int i = 0; i < kRings; ++i)
+        expected += 2 * std::numbers::pi * (1 - rim) / kRings * spot.spotFalloff(rim + (1 - rim) * (i + 0.5) / kRings);
+    EXPECT_NEAR(r.report.power.emitted / expected, 1, 5e-3);
+    EXPECT_LT(r.report.corner_rays, 50'000);
 }
 
 TEST(Glass, ABallFocusesLikePhotons) {

@@ -27,6 +27,14 @@ TEST(Wave, CannotBakeWhatItCannot) {
     EXPECT_EQ(refusal(std::string(slope) + "role = \"movable\"\n"), "");
     EXPECT_TRUE(has(refusal("", "outside = \"flat\"", "outside = \"flat\"\nevent = \"reflect\""), "beams"));
     EXPECT_TRUE(has(refusal("", "voxel_size = 0.03125", "voxel_size = 0.03125\nshear = \"light\""), "shear"));
+    Monitor quiet;
+    const std::string times = Pool{.extra = "[bake]\ngrids = [\"arrival_time\"]\n"}.toml();
+    try {
+        chooseMethod("wave", parseScene(times, "test.toml", ".", 0, quiet));
+        FAIL() << "a grid that the row does not name";
+    } catch (const Error& error) {
+        EXPECT_TRUE(has(error.what(), "arrival_time")) << error.what();
+    }
     EXPECT_THROW(waveMethod().bake({}, nullptr, {{"cells", {std::int64_t{3}, "test"}}}, *std::make_unique<Monitor>()),
                  Error);
 }
