@@ -50,13 +50,12 @@ def revolved(name, profile, columns):
     for k in range(len(profile) - 1):
         for i in range(columns):
             n = (i + 1) % columns
-            a, b = rings[k] + (i if profile[k][0] else 0), rings[k] + (n if profile[k][0] else 0)
-            c, d = rings[k + 1] + (n if profile[k + 1][0] else 0), rings[k + 1] + (i if profile[k + 1][0] else 0)
-            if profile[k][0]:
-                triangles.append((a, b, c) if profile[k + 1][0] else (a, b, c))
-            if profile[k + 1][0] and profile[k][0]:
-                triangles.append((a, c, d))
-            elif profile[k + 1][0]:
+            low, high = profile[k][0] > 0, profile[k + 1][0] > 0   # on the axis a ring is one point
+            a, b = rings[k] + (i if low else 0), rings[k] + (n if low else 0)
+            c, d = rings[k + 1] + (n if high else 0), rings[k + 1] + (i if high else 0)
+            if low:
+                triangles.append((a, b, c))
+            if high:
                 triangles.append((a, c, d))
     write(name, vertices, triangles)
 
@@ -92,21 +91,21 @@ def wine_glass(columns=96):
     revolved("wine", wet + [(r_top, level), (0.0, level)], columns)
 
 
-def disco_ball(radius=0.25, rings=16):
-    """Flat mirrors: each ring of latitude has as many as keep them about square. Every facet has corners of its own."""
+def disco_ball(radius=0.25, rings=16, tile=0.92):
+    """Square mirrors, each flat on the ball: a ring of latitude has as many as fit, with gaps between. Behind them is a core."""
     vertices, triangles = [], []
     for j in range(rings):
-        low, high = math.pi * j / rings, math.pi * (j + 1) / rings
-        count = max(6, round(2 * rings * math.sin(0.5 * (low + high))))
+        polar, half = math.pi * (j + 0.5) / rings, 0.5 * tile * math.pi * radius / rings
+        count = max(3, int(2 * rings * math.sin(polar)))
         for i in range(count):
-            def corner(polar, turn):
-                return (radius * math.sin(polar) * math.cos(turn), radius * math.sin(polar) * math.sin(turn),
-                        radius * math.cos(polar))
-            a, b = 2 * math.pi * i / count, 2 * math.pi * (i + 1) / count
-            p = [corner(high, a), corner(high, b), corner(low, b), corner(low, a)]
+            turn = 2 * math.pi * i / count
+            out = (math.sin(polar) * math.cos(turn), math.sin(polar) * math.sin(turn), math.cos(polar))
+            east = (-math.sin(turn), math.cos(turn), 0.0)
+            north = (-math.cos(polar) * math.cos(turn), -math.cos(polar) * math.sin(turn), math.sin(polar))
             n = len(vertices)
-            vertices += p
-            triangles += [t for t, flat in (((n, n + 1, n + 2), j == rings - 1), ((n, n + 2, n + 3), j == 0)) if not flat]
+            vertices += [tuple(radius * out[k] + half * (x * east[k] + y * north[k]) for k in range(3))
+                         for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+            triangles += [(n, n + 1, n + 2), (n, n + 2, n + 3)]
     write("disco_ball", vertices, triangles)
 
 
@@ -122,22 +121,30 @@ def prism(side=0.12, length=0.30):
     write("prism", vertices, triangles)
 
 
-def box(name, low, high, waves=None, cells=1):
-    """A box; its top may be a sum of waves over cells x cells."""
-    def top(x, y):
-        return high[2] + (waves(x, y) if waves else 0.0)
+def slab(name, low, high, cells, top, bottom):
+    """A body between two heights over a rectangle of cells x cells; top and bottom: height at (i, j) of its corners."""
     n = cells + 1
     xs = [low[0] + (high[0] - low[0]) * i / cells for i in range(n)]
     ys = [low[1] + (high[1] - low[1]) * i / cells for i in range(n)]
-    vertices = [(x, y, top(x, y)) for y in ys for x in xs] + [(x, y, low[2]) for y in ys for x in xs]
-    triangles = quads(cells, cells, False, lambda i, j: j * n + i)
-    triangles += [(a + n * n, c + n * n, b + n * n) for a, b, c in quads(cells, cells, False, lambda i, j: j * n + i)]
+    vertices = [(xs[i], ys[j], top(i, j)) for j in range(n) for i in range(n)]
+    vertices += [(xs[i], ys[j], bottom(i, j)) for j in range(n) for i in range(n)]
+    faces = quads(cells, cells, False, lambda i, j: j * n + i)
+    triangles = faces + [(a + n * n, c + n * n, b + n * n) for a, b, c in faces]
     rim = ([i for i in range(n)] + [j * n + n - 1 for j in range(1, n)]
            + [(n - 1) * n + i for i in range(n - 2, -1, -1)] + [j * n for j in range(n - 2, 0, -1)])
     for k, a in enumerate(rim):
         b = rim[(k + 1) % len(rim)]
         triangles += [(a, a + n * n, b + n * n), (a, b + n * n, b)]
     write(name, vertices, triangles)
+
+
+def box(name, low, high, waves=None, cells=1):
+    """A box; its top may be a sum of waves over cells x cells."""
+    def top(i, j):
+        x = low[0] + (high[0] - low[0]) * i / cells
+        y = low[1] + (high[1] - low[1]) * j / cells
+        return high[2] + (waves(x, y) if waves else 0.0)
+    slab(name, low, high, cells, top, lambda i, j: low[2])
 
 
 def aquarium():
@@ -180,19 +187,9 @@ def lens(cells=64, side=0.1, thickness=0.008, index=1.49, distance=0.25):
     rows = [[sum(spectrum[m][k] * at[k][i] for k in range(cells)) for i in range(n)] for m in range(cells)]
     heights = [[sum(rows[m][i] * at[m][j] for m in range(cells)) for i in range(n)] for j in range(n)]
 
-    def back(x, y):
-        return heights[round((y / side + 0.5) * cells)][round((x / side + 0.5) * cells)]
     # Light comes down onto the flat face; the worked one looks at the wall below. Thicker where light is gathered.
-    vertices = [(side * (i / cells - 0.5), side * (j / cells - 0.5), thickness) for j in range(n) for i in range(n)]
-    vertices += [(v[0], v[1], -back(v[0], v[1])) for v in vertices]
-    triangles = quads(cells, cells, False, lambda i, j: j * n + i)
-    triangles += [(a + n * n, c + n * n, b + n * n) for a, b, c in quads(cells, cells, False, lambda i, j: j * n + i)]
-    rim = ([i for i in range(n)] + [j * n + n - 1 for j in range(1, n)]
-           + [(n - 1) * n + i for i in range(n - 2, -1, -1)] + [j * n for j in range(n - 2, 0, -1)])
-    for k, a in enumerate(rim):
-        b = rim[(k + 1) % len(rim)]
-        triangles += [(a, a + n * n, b + n * n), (a, b + n * n, b)]
-    write("lens", vertices, triangles)
+    half = 0.5 * side
+    slab("lens", (-half, -half), (half, half), cells, lambda i, j: thickness, lambda i, j: -heights[j][i])
 
 
 if __name__ == "__main__":
