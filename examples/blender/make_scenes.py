@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the add-on's example files: pool, ocean (Blender's Ocean modifier) and ring (a mirror).
+"""Makes the add-on's example files: pool, ocean (Blender's Ocean modifier) ring (a mirror) and glass
+(balls of glass and of gold).
 
-    blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring]... [--bake]
+    blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring|glass]... [--bake]
 
 Writes FOLDER/NAME.blend; with --bake also bakes it, saves it with its preview, and renders FOLDER/NAME.png
 by Cycles and FOLDER/NAME_eevee.png.
@@ -108,6 +109,31 @@ def ring():
     scenes.camera((-0.9, -1.5, 1.25), (0.0, 0.0, 0.05), 42.0)
 
 
+def glass():
+    """A clear ball, a red one and a golden one on a table in the low sun: glass, coloured glass and a mirror in one bake."""
+    scene = scenes.empty()
+    world((0.5, 0.6, 0.75), 0.35)
+    red = scenes.glass("Red glass", 1.5)
+    absorption = red.node_tree.nodes.new("ShaderNodeVolumeAbsorption")
+    absorption.inputs["Color"].default_value, absorption.inputs["Density"].default_value = (1.0, 0.25, 0.12, 1.0), 12.0
+    out = next(n for n in red.node_tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    red.node_tree.links.new(absorption.outputs[0], out.inputs["Volume"])
+    gold = scenes.material("Gold", Base_Color=(1.0, 0.78, 0.34, 1), Metallic=1.0, Roughness=0.0)
+    for name, x, y, radius, made_of in (("Clear", -0.17, -0.05, 0.12, scenes.glass("Glass", 1.5)), ("Red", 0.1, -0.14, 0.09, red),
+                                        ("Golden", 0.14, 0.16, 0.08, gold)):
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=radius, location=(x, y, radius + 0.002))
+        ball = bpy.context.object
+        ball.name = name
+        bpy.ops.object.shade_smooth()
+        ball.data.materials.append(made_of)
+    scenes.sheet("Table", 1.6, 1, lambda x, y: 0.0, scenes.material("Linen", Base_Color=(0.78, 0.74, 0.68, 1), Roughness=0.95), smooth=False)
+    scenes.sun(energy=3.0, direction=(0.75, 0.35, -0.62))
+    settings = scene.photic
+    settings.domain_from, settings.resolution, settings.where = "CUSTOM", 384, "RECEIVERS"
+    settings.domain_min, settings.domain_max = (-0.45, -0.4, -0.01), (0.75, 0.6, 0.3)
+    scenes.camera((-0.35, -1.05, 0.62), (0.08, 0.04, 0.04), 42.0)
+
+
 def render(path, engine="CYCLES"):
     scene = bpy.context.scene
     scene.render.engine = engine
@@ -125,7 +151,7 @@ def render(path, engine="CYCLES"):
 def main(folder, *words):
     folder = pathlib.Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    makers = {"pool": pool, "ocean": ocean, "ring": ring}
+    makers = {"pool": pool, "ocean": ocean, "ring": ring, "glass": glass}
     for name in [word for word in words if word in makers] or list(makers):
         makers[name]()
         bpy.context.scene.name = name

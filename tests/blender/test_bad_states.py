@@ -114,7 +114,7 @@ class BadStates(unittest.TestCase):
     def test_empty_scene(self):
         self.scene = scenes.empty()
         quick(self.scene)
-        self.fails("no sun")
+        self.fails("no light in the scene")
         scenes.sun()
         self.fails("Nothing in the scene bends light")
         self.assertIn("Nothing receives", complaints())

@@ -29,7 +29,8 @@ class Optics:
     refract: float = 0.0
     mirror: float = 0.0
     diffuse: float = 0.0
-    ior: float = 1.45
+    ior: object = 1.45              # a number, or one each for red, green and blue
+    colour: tuple = (1.0, 1.0, 1.0)     # share that a mirror reflects
     roughness: float = 0.0          # of the refracting or reflecting part
     medium: Medium = dataclasses.field(default_factory=Medium)
     notes: list = dataclasses.field(default_factory=list)

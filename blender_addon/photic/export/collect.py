@@ -25,6 +25,14 @@ class Item:
     optics: roles.Optics
     keep_mesh: bool = False         # the artist's wish, of water
     grid: object = None             # regular_grid.Grid: baked as a height field
+    abbe: float = 0.0               # number of a glass; 0: it parts no colours
+
+    def is_body(self):
+        """Closed: light goes in and comes out again."""
+        return self.role == roles.REFRACTOR and self.mesh.closed
+
+    def mean_ior(self):
+        return float(numpy.mean(self.optics.ior))
 
 
 @dataclasses.dataclass
@@ -99,9 +107,7 @@ def _take_light(instance, scene):
     if lights.is_baked(lamp.original):
         scene.lights.append((lamp.original.name, lights.table(lamp, notes)))
     else:
-        kind = lamp.data.type.lower()
-        notes.append(f"the {kind} light '{lamp.original.name}' is not baked"
-                     + ("" if kind == "sun" else ": the baker's lights are suns"))
+        notes.append(f"the {lamp.data.type.lower()} light '{lamp.original.name}' is not baked")
     scene.notes += [(lamp.original.name, note) for note in notes]
 
 
@@ -129,7 +135,7 @@ def _item(name, obj, role, mesh, scene, first):
         if ocean and ocean.viewport_resolution != ocean.resolution:
             scene.notes.append((obj.name, f"the ocean of '{obj.name}' is baked at the viewport's resolution, "
                                           f"{ocean.viewport_resolution}; it is rendered at {ocean.resolution}"))
-    return Item(name, obj.name, role, mesh, optics, keep_mesh=obj.photic.surface == "MESH")
+    return Item(name, obj.name, role, mesh, optics, keep_mesh=obj.photic.surface == "MESH", abbe=obj.photic.abbe)
 
 
 def _note_hidden(scene_original, depsgraph, scene):
@@ -145,9 +151,11 @@ def _turn_to_light(scene):
     """An open refractor's outside is where the light comes from."""
     if not scene.lights:
         return
-    travel = numpy.array(scene.lights[0][1].get("direction", (0, 0, -1)))
+    first = scene.lights[0][1]
     for item in scene.of(roles.REFRACTOR):
         normal = item.mesh.mean_normal()
+        low, high = item.mesh.bounds()
+        travel = (low + high) / 2 - place_of(first) if place_of(first) is not None else numpy.array(first["direction"])
         if numpy.linalg.norm(normal) > 0.05 * item.mesh.area() and normal @ travel > 0:
             item.mesh = item.mesh.turned()
             scene.notes.append((item.object_name, f"the normals of '{item.name}' point away from the light; "
@@ -167,7 +175,18 @@ def _choose_forms(scene):
         scene.forms.append((item.object_name, words))
 
 
-def _grid_of(item, bending, suns):
+def place_of(table):
+    """Where a [[light]] stands [m]; None of a sun."""
+    place = table.get("position", table.get("center"))
+    return None if place is None else numpy.array(place)
+
+
+def _is_from_below(table, mesh):
+    place = place_of(table)
+    return table["direction"][2] >= 0 if place is None else place[2] <= mesh.bounds()[1][2]
+
+
+def _grid_of(item, bending, lamps):
     """Raises NotRegular with the reason."""
     if item.keep_mesh:
         raise regular_grid.NotRegular("as you chose")
@@ -175,17 +194,18 @@ def _grid_of(item, bending, suns):
         raise regular_grid.NotRegular("it is not alone in bending light")
     if item.mesh.smooth_share < 0.5:
         raise regular_grid.NotRegular("it is shaded flat, and a height field is smooth")
-    if item.mesh.mean_normal()[2] <= 0 or any(table.get("direction", (0, 0, -1))[2] >= 0 for _, table in suns):
+    if item.mesh.mean_normal()[2] <= 0 or any(_is_from_below(table, item.mesh) for _, table in lamps):
         raise regular_grid.NotRegular("light comes to it from below")
     return regular_grid.find(item.mesh.positions, item.mesh.triangles)
 
 
 def _medium(scene_original, scene):
-    """One medium below the surface: the scene's own, or that of the refractors' materials."""
+    """One medium below the open surfaces: the scene's own, or that of their materials. A closed body has its own."""
     settings = scene_original.photic
     if settings.medium_from == "SCENE":
         return roles.Medium(tuple(settings.absorption), tuple(settings.scattering), settings.anisotropy)
-    found = [(item.object_name, item.optics.medium) for item in scene.of(roles.REFRACTOR) if item.optics.medium.present()]
+    found = [(item.object_name, item.optics.medium) for item in scene.of(roles.REFRACTOR)
+             if item.optics.medium.present() and not item.is_body()]
     if not found:
         return roles.Medium()
     if any(medium != found[0][1] for _, medium in found):
@@ -224,14 +244,18 @@ def automatic_domain(scene, resolution):
 
 
 def _add_shadow(scene, low, high):
-    """Widens a box, in place, by where the suns carry the light from its top to its bottom."""
+    """Widens a box, in place, by where the lights throw the shadow of its top to its bottom."""
     corner_low, corner_high, depth = low.copy(), high.copy(), high[2] - low[2]
     for _, table in scene.lights:
-        travel = table.get("direction")
-        if travel and travel[2] < 0:
-            shift = numpy.array(travel[:2]) / -travel[2] * depth
-            low[:2] = numpy.minimum(low[:2], corner_low[:2] + shift)
-            high[:2] = numpy.maximum(high[:2], corner_high[:2] + shift)
+        place = place_of(table)
+        for corner in (corner_low, corner_high):
+            travel = corner_high - place if place is not None else numpy.array(table["direction"])
+            if place is not None:
+                travel[:2] = corner[:2] - place[:2]
+            if travel[2] < 0:
+                shift = travel[:2] / -travel[2] * depth
+                low[:2] = numpy.minimum(low[:2], corner[:2] + shift)
+                high[:2] = numpy.maximum(high[:2], corner[:2] + shift)
 
 
 def _crop_to_receivers(scene, low, high):
@@ -245,7 +269,7 @@ def _crop_to_receivers(scene, low, high):
 
 def still_level(scene):
     """Mean height [m] of the open water, below which receivers are in it; -inf without."""
-    water = [item for item in scene.of(roles.REFRACTOR) if not item.mesh.is_closed()]
+    water = [item for item in scene.of(roles.REFRACTOR) if not item.mesh.closed]
     if not water:
         return -math.inf
     return float(numpy.mean([item.mesh.positions[:, 2].mean() for item in water]))

@@ -9,9 +9,9 @@ LARGEST_DISC_DEG = 10.0     # that the baker takes
 
 
 def is_baked(light_object):
-    """Suns unless they were taken out; others only when they were asked for."""
-    choice = light_object.data.photic.bake
-    return choice == "YES" or (choice == "AUTO" and light_object.data.type == "SUN")
+    """Every light that shines, unless it was taken out."""
+    light = light_object.data
+    return light.photic.bake != "NO" and light.energy > 0 and max(light.color) > 0
 
 
 def _is_plain(tree):
@@ -28,7 +28,7 @@ def _is_plain(tree):
 
 
 def table(light_object, notes):
-    """The [[light]] table; kinds that the baker has not learnt are written by their names, and refused by it."""
+    """The [[light]] table. Blender's units: a point of P watts sends P / 4 pi to each side, an area pi / 4 of its P watts."""
     light = light_object.data
     world = light_object.matrix_world
     colour = [light.energy * c for c in light.color]
@@ -42,11 +42,25 @@ def table(light_object, notes):
         if degrees > LARGEST_DISC_DEG:
             notes.append(f"the sun '{light_object.name}' is {degrees:.1f} degrees wide; {LARGEST_DISC_DEG:.0f} are baked")
         return {**common, "direction": travel, "irradiance": level, "angular_diameter": min(degrees, LARGEST_DISC_DEG)}
-    table_of = {**common, "position": list(world.translation), "power": level}
-    if light.type != "POINT":
-        table_of["direction"] = travel
-    if light.type == "SPOT":
-        table_of["angle"] = math.degrees(light.spot_size)
-    if light.type == "AREA":
-        table_of["size"] = [light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size]
-    return table_of
+    if light.type != "AREA":
+        if light.shadow_soft_size > 0:
+            notes.append(f"the {light.type.lower()} light '{light_object.name}' is baked from its middle: its caustics are sharper "
+                         f"than those of a ball of {light.shadow_soft_size:.3g} m")
+        cone = {"direction": travel, "angle": math.degrees(light.spot_size), "blend": light.spot_blend} if light.type == "SPOT" else {}
+        return {**common, "position": list(world.translation), "power": level, **cone}
+    return {**common, "direction": travel, **_area(light_object, level, notes)}
+
+
+def _area(light_object, level, notes):
+    """Of a lamp with an area: discs and ellipses are baked as rectangles of their area."""
+    light, world = light_object.data, light_object.matrix_world
+    x, y = (world.col[i].to_3d() for i in (0, 1))
+    size = [light.size * x.length, (light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size) * y.length]
+    if light.shape in {"DISK", "ELLIPSE"}:
+        size = [side * math.sqrt(math.pi) / 2 for side in size]
+        notes.append(f"the round area light '{light_object.name}' is baked as a rectangle of the same area")
+    if getattr(light, "spread", math.pi) < 0.999 * math.pi:
+        notes.append(f"the Spread of the area light '{light_object.name}' is not baked: it is taken to shine to all sides")
+    factor = math.pi / 4
+    power = [factor * p for p in level] if isinstance(level, list) else factor * level
+    return {"center": list(world.translation), "size": size, "tangent": list(x.normalized()), "power": power}

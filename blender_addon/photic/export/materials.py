@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a node material makes of light: its closures, their shares, its refractive index and its medium."""
+import dataclasses
+
 from .. import compat
 from ..core import roles
 from ..nodes import graph
@@ -8,6 +10,18 @@ MAX_DEPTH = 64      # of nested shaders; deeper trees are loops
 BUMPS = ("ShaderNodeBump", "ShaderNodeNormalMap", "ShaderNodeTexImage", "ShaderNodeTexNoise", "ShaderNodeTexWave",
          "ShaderNodeTexMusgrave", "ShaderNodeTexVoronoi")
 WHITE = 0.95        # a smallest channel from which on nothing is said about a colour
+
+
+@dataclasses.dataclass
+class _Part:
+    """A closure with its share of a material."""
+    share: float
+    kind: str                           # of roles.Optics' shares
+    roughness: float = 1.0
+    ior: float = 1.0
+    colour: tuple = (1.0, 1.0, 1.0)
+    node: str = ""
+    colour_name: str = ""
 
 
 def inspect(material):
@@ -22,7 +36,7 @@ def inspect(material):
     if graph.source(output.inputs["Displacement"]):
         optics.notes.append("has a Displacement, which is not baked: light is bent by the mesh alone. Move the mesh itself, by a "
                             "Displace or an Ocean modifier")
-    parts = []      # (share, kind, roughness, ior)
+    parts = []
     _closures(graph.source(output.inputs["Surface"]), 1.0, parts, optics.notes, 0)
     _sum_up(parts, optics)
     optics.medium = _medium(graph.source(output.inputs["Volume"]), 1.0, optics.notes, 0)
@@ -30,22 +44,44 @@ def inspect(material):
 
 
 def _sum_up(parts, optics):
-    for share, kind, _, _ in parts:
-        setattr(optics, kind, getattr(optics, kind) + share)
-    bending = [part for part in parts if part[1] == "refract"]
-    smooth = bending or [part for part in parts if part[1] == "mirror"]
+    by_channel = _dispersion(parts)
+    for part in parts:
+        setattr(optics, part.kind, getattr(optics, part.kind) + part.share)
+    bending = [part for part in parts if part.kind == "refract"]
+    smooth = bending or [part for part in parts if part.kind == "mirror"]
     if smooth:
-        strongest = max(smooth, key=lambda part: part[0])
-        optics.roughness = strongest[2]
-    if bending:
-        optics.ior = max(bending, key=lambda part: part[0])[3]
-        if len({round(part[3], 4) for part in bending}) > 1:
+        strongest = max(smooth, key=lambda part: part.share)
+        optics.roughness = strongest.roughness
+        optics.colour = strongest.colour if strongest.kind == "mirror" else optics.colour
+    if by_channel:
+        optics.ior = by_channel
+        optics.refract, optics.mirror, optics.diffuse = min(1.0, optics.refract), 0.0, 0.0
+    elif bending:
+        optics.ior = max(bending, key=lambda part: part.share).ior
+        _warn_of_tints(bending, optics.notes)
+        if len({round(part.ior, 4) for part in bending}) > 1:
             optics.notes.append(f"mixes several refractive indices; {optics.ior:.4g} is baked")
+    if bending:
         # Fresnel's share of a glass is its own: the baker computes it.
         optics.refract += optics.mirror
         optics.mirror = 0.0
     if smooth and roles.NOTED_ROUGHNESS < optics.roughness <= roles.SMOOTH_ROUGHNESS:
         optics.notes.append(f"has roughness {optics.roughness:.2g}, and is baked as if it were smooth")
+
+
+def _dispersion(parts):
+    """Three glasses of red, green and blue that are added, each with an index of its own: how artists part colours by hand.
+
+    The indices of the three channels, or None.
+    """
+    bending = [part for part in parts if part.kind == "refract"]
+    if len(bending) != 3 or len({round(part.ior, 6) for part in bending}) == 1:
+        return None
+    channels = [int(max(range(3), key=lambda c: part.colour[c])) for part in bending]
+    pure = all(sum(part.colour) - part.colour[c] < 0.05 * part.colour[c] for part, c in zip(bending, channels))
+    if not pure or sorted(channels) != [0, 1, 2]:
+        return None
+    return tuple(bending[channels.index(c)].ior for c in range(3))
 
 
 def _number(node, notes, name, otherwise=0.0):
@@ -70,14 +106,14 @@ def _colour(node, notes, name, otherwise=(1.0, 1.0, 1.0)):
     return tuple(socket.default_value)[:3]
 
 
-def _warn_tint(node, notes, name, mirror=False):
-    colour = _colour(node, [], name)
-    if min(colour) >= WHITE:
-        return
-    level = " ".join(f"{c:.2g}" for c in colour)
-    words = "is tinted" if max(colour) - min(colour) > 1e-3 else "is grey"
-    notes.append(f"'{node.name}' {words}: its {name} is {level}, and the light in the bake keeps its own colour; set {name} to "
-                 "white" + ("" if mirror else ", and for coloured water give it a Volume Absorption"))
+def _warn_of_tints(bending, notes):
+    for part in bending:
+        if min(part.colour) >= WHITE:
+            continue
+        level = " ".join(f"{c:.2g}" for c in part.colour)
+        words = "is tinted" if max(part.colour) - min(part.colour) > 1e-3 else "is grey"
+        notes.append(f"'{part.node}' {words}: its {part.colour_name} is {level}, and the light in the bake keeps its own colour; "
+                     f"set {part.colour_name} to white, and for coloured water or glass give it a Volume Absorption")
 
 
 def _warn_bump(node, notes):
@@ -113,18 +149,18 @@ def _closures(origin, share, parts, notes, depth):
         _principled(node, share, parts, notes)
     elif kind in ("ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"):
         _warn_bump(node, notes)
-        _warn_tint(node, notes, "Color")
-        parts.append((share, "refract", _number(node, notes, "Roughness"), _number(node, notes, "IOR", otherwise=1.45)))
+        parts.append(_Part(share, "refract", _number(node, notes, "Roughness"), _number(node, notes, "IOR", otherwise=1.45),
+                           _colour(node, [], "Color"), node.name, "Color"))
     elif kind in ("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"):
         _warn_bump(node, notes)
-        _warn_tint(node, notes, "Base Color" if kind == "ShaderNodeBsdfMetallic" else "Color", mirror=True)
-        parts.append((share, "mirror", _roughness_of_glossy(node, notes), 1.0))
+        colour = _colour(node, notes, "Base Color" if kind == "ShaderNodeBsdfMetallic" else "Color")
+        parts.append(_Part(share, "mirror", _roughness_of_glossy(node, notes), colour=colour))
     elif kind in ("ShaderNodeBsdfDiffuse", "ShaderNodeSubsurfaceScattering", "ShaderNodeBsdfTranslucent",
                   "ShaderNodeBsdfVelvet", "ShaderNodeBsdfSheen", "ShaderNodeBsdfToon"):
-        parts.append((share, "diffuse", 1.0, 1.0))
+        parts.append(_Part(share, "diffuse"))
     elif kind not in ("ShaderNodeEmission", "ShaderNodeBsdfTransparent", "ShaderNodeHoldout", "ShaderNodeBackground"):
         notes.append(f"'{node.name}' ({node.bl_label}) is not understood, and counts as diffuse")
-        parts.append((share, "diffuse", 1.0, 1.0))
+        parts.append(_Part(share, "diffuse"))
 
 
 def _roughness_of_glossy(node, notes):
@@ -144,12 +180,11 @@ def _principled(node, share, parts, notes):
     if transmission > 0 or metallic > 0:
         _warn_bump(node, notes)
     if transmission > 0:
-        _warn_tint(node, notes, "Base Color")
-        parts.append((share * transmission, "refract", roughness, _number(node, notes, "IOR", otherwise=1.45)))
+        parts.append(_Part(share * transmission, "refract", roughness, _number(node, notes, "IOR", otherwise=1.45),
+                           _colour(node, [], "Base Color"), node.name, "Base Color"))
     if metallic > 0:
-        _warn_tint(node, notes, "Base Color", mirror=True)
-        parts.append((share * metallic, "mirror", roughness, 1.0))
-    parts.append((share * (1 - transmission) * (1 - metallic), "diffuse", 1.0, 1.0))
+        parts.append(_Part(share * metallic, "mirror", roughness, colour=_colour(node, notes, "Base Color")))
+    parts.append(_Part(share * (1 - transmission) * (1 - metallic), "diffuse"))
 
 
 def _medium(origin, share, notes, depth):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Evaluated meshes, modifiers and all, as arrays in the world's frame."""
 import dataclasses
+import functools
 
 import numpy
 
@@ -23,7 +24,8 @@ class Mesh:
         a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
         return float(numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1).sum() / 2)
 
-    def is_closed(self):
+    @functools.cached_property
+    def closed(self):
         """No edge of the mesh belongs to one triangle only. Positions in one place count as one vertex."""
         if not len(self.triangles):
             return False

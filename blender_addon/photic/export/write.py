@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turns what was collected into a scene file with its meshes."""
+import dataclasses
 import pathlib
 
 import numpy
@@ -29,7 +30,7 @@ def domain_of(settings, scene):
 def scene_text(settings, scene, folder, methods):
     """A SceneText for the baker; meshes are written into `folder`. `methods` is the catalogue, for their own options."""
     if not scene.lights:
-        raise BakerError("There is no sun in the scene; add a light of type Sun")
+        raise BakerError("There is no light in the scene that is baked; add a Sun, or a lamp")
     low, high = domain_of(settings, scene)
     text = toml_text.SceneText()
     sized = {"voxel_size": float(f"{settings.voxel_size:.6g}")} if settings.size_by == "VOXEL" else {"resolution": settings.resolution}
@@ -37,34 +38,84 @@ def scene_text(settings, scene, folder, methods):
                           "shear": "light" if settings.shear else "none"})
     for name, table in scene.lights:
         text.add("[[light]]", table, name)
+    media = _media(scene)
+    for table in media.tables:
+        text.add("[[medium]]", table)
     for item in scene.items:
         if item.grid:
-            text.add("[[surface]]", _height_field(item, folder), item.object_name)
+            text.add("[[surface]]", _height_field(item, folder, media), item.object_name)
             continue
-        file = mesh_file.write_ply(folder, item.mesh.positions, item.mesh.triangles)
-        smooth = item.mesh.smooth_share >= 0.5
+        shape = {"name": item.name, "file": mesh_file.write_ply(folder, item.mesh.positions, item.mesh.triangles),
+                 "smooth": item.mesh.smooth_share >= 0.5}
         if item.role == roles.REFRACTOR:
-            text.add("[[surface]]", {"name": item.name, "kind": "mesh", "file": file, "smooth": smooth, "event": "refract",
-                                     "ior_above": 1.0, "ior_below": float(item.optics.ior)}, item.object_name)
+            text.add("[[surface]]", {**shape, "kind": "mesh", **_refractor(item, media)}, item.object_name)
         elif item.role == roles.MIRROR:
-            text.add("[[surface]]", {"name": item.name, "kind": "mesh", "file": file, "smooth": smooth, "event": "reflect"},
-                     item.object_name)
+            text.add("[[surface]]", {**shape, "kind": "mesh", "event": "mirror", "colour": list(item.optics.colour)}, item.object_name)
         else:
-            text.add("[[object]]", {"name": item.name, "file": file, "smooth": smooth, "role": item.role.lower()},
-                     item.object_name)
-    if scene.medium.present():
-        text.add("[medium]", {"absorption": list(scene.medium.absorption), "scattering": list(scene.medium.scattering),
-                              "anisotropy": scene.medium.anisotropy})
+            text.add("[[object]]", {**shape, "role": item.role.lower()}, item.object_name)
+    if scene.medium.present() and not media.tables:
+        text.add("[medium]", _attenuation(scene.medium))
     _bake_tables(settings, scene, text, methods)
     return text
 
 
-def _height_field(item, folder):
+@dataclasses.dataclass
+class _Media:
+    """[[medium]] tables, and which item names which of them. Without closed bodies there are none: numbers will do."""
+    tables: list = dataclasses.field(default_factory=list)
+    of_item: dict = dataclasses.field(default_factory=dict)
+
+
+def _media(scene):
+    """Where bodies overlap, the smaller one is what is there: the ice in the water, the wine that reaches into its glass."""
+    media = _Media()
+    bodies = [item for item in scene.items if item.is_body()]
+    if not bodies:
+        return media
+
+    def box(item):
+        low, high = item.mesh.bounds()
+        return float((high - low).prod())
+
+    water = next((item for item in scene.of(roles.REFRACTOR) if not item.is_body()), None)
+    if water is not None:
+        media.tables.append({"name": "water", **_index(water), **_attenuation(scene.medium)})
+    for priority, item in enumerate(sorted(bodies, key=box, reverse=True), start=1):
+        name = f"inside of {item.name}"
+        media.tables.append({"name": name, **_index(item), **_attenuation(item.optics.medium), "priority": priority})
+        media.of_item[id(item)] = name
+    return media
+
+
+def _index(item):
+    ior, abbe = item.optics.ior, item.abbe
+    if isinstance(ior, tuple):
+        return {"ior": [float(n) for n in ior]}
+    return {"abbe": [float(ior), abbe]} if abbe > 0 else {"ior": float(ior)}
+
+
+def _attenuation(medium):
+    if not medium.present():
+        return {}
+    scattered = {"scattering": list(medium.scattering), "anisotropy": medium.anisotropy} if any(medium.scattering) else {}
+    return {"absorption": list(medium.absorption), **scattered}
+
+
+def _refractor(item, media):
+    """What lies behind a refractor, and what light does at it. Of an open one only what goes through is baked."""
+    if item.is_body():
+        return {"inside": media.of_item[id(item)], "event": "both"}
+    if media.tables:
+        return {"inside": "water", "event": "refract"}
+    return {"event": "refract", "ior_above": 1.0, "ior_below": item.mean_ior()}
+
+
+def _height_field(item, folder, media):
     grid = item.grid
     moved = {"displacement": True} if grid.moves else {}
     return {"name": item.name, "kind": "height_field", "file": height_file.write_exr(folder, grid.heights, grid.moves),
             "texels": "corners", **moved, "size": list(grid.size), "center": list(grid.center), "outside": "none",
-            "event": "refract", "ior_above": 1.0, "ior_below": float(item.optics.ior)}
+            "event": "refract", **({"below": "water"} if media.tables else {"ior_above": 1.0, "ior_below": item.mean_ior()})}
 
 
 def _bake_tables(settings, scene, text, methods):

@@ -192,7 +192,7 @@ class Job:
         s.sequence_start, s.sequence_count = (self.frames[0], len(self.frames)) if self.frames else (0, 0)
         level = collect.still_level(self.collected)
         s.level = max(level, -1e30)
-        refractors = [item.optics.ior for item in self.collected.of("REFRACTOR") if not item.mesh.is_closed()]
+        refractors = [item.mean_ior() for item in self.collected.of("REFRACTOR") if not item.is_body()]
         s.ior = refractors[0] if refractors else 1.0
         medium = self.collected.medium
         s.has_density = medium.present()

@@ -22,7 +22,7 @@ def complaints(context):
     elif not bending:
         found.append(("", "Nothing bends light: give the water a material with transmission, or choose a role"))
     if not scene.lights:
-        found.append(("", "There is no sun: add a light of type Sun"))
+        found.append(("", "No light is baked: add a Sun, or a lamp"))
     if not scene.of(roles.RECEIVER, roles.MOVABLE):
         found.append(("", "Nothing receives light: the volume will show in the water only"))
     for item in bending:
@@ -49,7 +49,7 @@ def _of_surface(context, item):
     if item.role == roles.REFRACTOR:
         normal = item.mesh.mean_normal()
         share = sum(n * n for n in normal) ** 0.5 / max(item.mesh.area(), 1e-12)
-        if share < 0.05 and not item.mesh.is_closed():
+        if share < 0.05 and not item.mesh.closed:
             yield item.object_name, f"'{item.name}' is glass with holes: close the mesh, or leave only the side that light enters"
 
 

@@ -24,12 +24,15 @@ class PhoticObject(bpy.types.PropertyGroup):
                ("MESH", "Mesh", "The mesh as it is, with its normals")))
     ior: bpy.props.FloatProperty(name="Refractive index", min=0.0, max=5.0, precision=4,
                                  description="0: from the material (1.333 for an Ocean without a material that bends light)")
+    abbe: bpy.props.FloatProperty(name="Abbe number", min=0.0, max=200.0, precision=1,
+                                  description="How little a glass parts the colours: 59 crown glass, 36 flint glass, 55 diamond. "
+                                              "0: it parts none")
 
 
 class PhoticLight(bpy.types.PropertyGroup):
     bake: bpy.props.EnumProperty(
         name="Bake", default="AUTO", description="Whether the light's caustics are baked",
-        items=(("AUTO", "Automatic", "Suns are"), ("YES", "Yes", "The baker refuses what it has not learnt"), ("NO", "No", "")))
+        items=(("AUTO", "Automatic", "Every light that shines is"), ("YES", "Yes", ""), ("NO", "No", "It casts no baked caustics")))
 
 
 def register():

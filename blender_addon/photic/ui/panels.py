@@ -209,6 +209,7 @@ class PHOTIC_PT_object(bpy.types.Panel):
         if role == roles.REFRACTOR:
             layout.prop(obj.photic, "surface")
             layout.prop(obj.photic, "ior")
+            layout.prop(obj.photic, "abbe")
 
 
 class PHOTIC_PT_light(bpy.types.Panel):
