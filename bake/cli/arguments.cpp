@@ -61,10 +61,13 @@ VerbRow verb(std::string name, std::string summary, std::vector<std::string> exa
 /// All verbs, in the order of the help.
 const std::vector<VerbRow>& verbTable() {
     static const std::vector<VerbRow> rows{
-        verb<BakeArguments>("bake", "Bake a scene into a light volume",
-                            {"photic bake pool.toml -o out/pool.vdb", "photic bake pool.toml --dry-run",
-                             "photic bake waves.toml --frames 1-48 -o out/waves.####.vdb"},
-                            bindBake, methodNotes),
+        verb<BakeArguments>(
+            "bake", "Bake a scene into a light volume",
+            {"photic bake pool.toml -o out/pool.vdb", "photic bake room.glb -o out/room.vdb",
+             "photic bake pool.toml --dry-run", "photic bake waves.toml --frames 1-48 -o out/waves.####.vdb"},
+            bindBake, methodNotes),
+        verb<SceneArguments>("scene", "Write what a glTF is taken for as a scene file, to change it",
+                             {"photic scene room.glb -o room.toml"}, bindScene),
         verb<InspectArguments>("inspect", "Say what a volume holds and check its laws", {"photic inspect out/pool.vdb"},
                                bindInspect),
         verb<CompareArguments>("compare", "Measure how far two volumes or two EXR images are apart",

@@ -138,6 +138,17 @@ void Terminal::warn(const std::string& message) {
     }
 }
 
+void Terminal::note(const std::string& message) {
+    const std::lock_guard lock(mutex_);
+    if (loudness_ != Loudness::Normal || !notes_.insert(message).second) return;
+    if (json()) {
+        write(nlohmann::ordered_json{{"event", "note"}, {"message", message}}.dump(
+            -1, ' ', false, nlohmann::json::error_handler_t::replace));
+    } else {
+        write(printable(message));
+    }
+}
+
 void Terminal::say(const std::string& line) {
     const std::lock_guard lock(mutex_);
     if (!json() && loudness_ == Loudness::Normal) write(printable(line));

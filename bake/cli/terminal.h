@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,7 @@ public:
 
     void progress(std::string_view stage, double fraction) override;
     void warn(const std::string& message) override;
+    void note(const std::string& message) override;
     bool cancelled() const override;
 
     /// The run has `count` parts (frames) of about equal work; number `index` begins.
@@ -72,6 +74,7 @@ private:
     bool bar_shown_ = false;
     Clock::time_point start_ = Clock::now(), last_shown_{};
     std::vector<std::string> warnings_;
+    std::set<std::string> notes_;
 };
 
 }  // namespace photic::cli

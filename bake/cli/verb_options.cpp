@@ -258,6 +258,11 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 
+void bindScene(CLI::App& app, SceneArguments& a) {
+    value(app.add_option("FILE", a.gltf, "glTF with lights and materials (.glb, .gltf)"), "FILE")->required();
+    value(app.add_option("-o,--output", a.output, "Scene file to write (.toml)"), "FILE")->required();
+}
+
 void bindPost(CLI::App& app, PostArguments& a) {
     value(app.add_option("VOLUME", a.volume, "Light volume (.vdb) with a grid 'caustic'"), "FILE")->required();
     value(app.add_option("-o,--output", a.output, "Volume to write"), "FILE")->required();

@@ -90,6 +90,10 @@ struct ExportArguments {
     bool json = false;
 };
 
+struct SceneArguments {
+    std::string gltf, output;
+};
+
 struct MethodsArguments {
     bool json = false;
 };
@@ -104,6 +108,7 @@ using VerbRun = std::function<int(Terminal&)>;
 
 // Each runs one verb and returns its exit code; failures are thrown as photic::Error.
 int run(const BakeArguments& arguments, Terminal& terminal);
+int run(const SceneArguments& arguments, Terminal& terminal);
 int run(const InspectArguments& arguments, Terminal& terminal);
 int run(const CompareArguments& arguments, Terminal& terminal);
 int run(const PictureArguments& arguments, Terminal& terminal);

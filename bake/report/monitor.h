@@ -22,6 +22,8 @@ public:
     }
     /// Something that a user should know and that does not stop the bake.
     virtual void warn(const std::string& message) { (void)message; }
+    /// What was assumed where a user said nothing.
+    virtual void note(const std::string& message) { (void)message; }
     /// True once the work is no longer wanted.
     virtual bool cancelled() const { return false; }
 

@@ -55,9 +55,19 @@ public:
         } catch (const Json::exception& error) {
             damaged(visible(error.what()));
         }
+        for (const char* key : {"images", "textures", "samplers", "animations"}) root_.erase(key);
+        Json looks = root_;
+        looks.erase("buffers");
+        out_.looks = looks.dump();
         // Nothing of these has a shape.
-        for (const char* key : {"materials", "images", "textures", "samplers", "animations", "cameras", "extras"})
-            root_.erase(key);
+        for (const char* key : {"cameras", "extras"}) root_.erase(key);
+        if (const auto materials = root_.find("materials"); materials != root_.end())
+            for (Json& material : *materials) {
+                const auto name = material.is_object() ? material.find("name") : material.end();
+                Json named = Json::object();
+                if (material.is_object() && name != material.end() && name->is_string()) named["name"] = *name;
+                material = std::move(named);
+            }
         out_.json = root_.dump();
         return std::move(out_);
     }

@@ -10,8 +10,10 @@ namespace photic {
 
 /// A `.gltf` or `.glb` opened as far as its shell goes, before anything of its scene is believed.
 struct GltfContainer {
-    /// The JSON, without looks (materials, images, animations), and with the URI of buffer i made "photic-buffer-i".
+    /// The JSON, without looks (images, animations; of materials only their names are left), and with the URI of buffer
+    /// i made "photic-buffer-i".
     std::string json;
+    std::string looks;                  ///< the JSON as it came, less its buffers and images: for what a scene shows
     std::vector<std::string> buffers;   ///< the bytes of each, as many as it claims
     std::vector<std::string> warnings;  ///< what of the file is left out
 };

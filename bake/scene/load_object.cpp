@@ -50,10 +50,9 @@ std::shared_ptr<const TriangleMesh> moved(TriangleMesh mesh, const Placement& pl
 }  // namespace
 
 Object loadObject(const ConfigValue& value, std::size_t number, LoadContext& context) {
-    const TableReader table(
-        value, "[[object]]",
-        {"name", "plane", "file", "box", "sphere", "role", "up", "smooth", "position", "rotation", "scale", "albedo"},
-        {"material"});
+    const TableReader table(value, "[[object]]",
+                            {"name", "plane", "file", "box", "sphere", "role", "up", "smooth", "position", "rotation",
+                             "scale", "albedo", "node", "material"});
     Object object;
     object.name = table.text("name").value_or(fmt::format("object {}", number));
     object.where = table.where();
@@ -64,7 +63,7 @@ Object loadObject(const ConfigValue& value, std::size_t number, LoadContext& con
         if (table.has(key) && table.has("plane"))
             table.fail(key,
                        fmt::format("'{}' is for shapes that end; a plane lies where 'point' and 'normal' say", key));
-    for (const char* key : {"up", "smooth"})
+    for (const char* key : {"up", "smooth", "node", "material"})
         if (table.has(key) && !table.has("file")) table.fail(key, fmt::format("'{}' is for meshes from a file", key));
 
     if (const ConfigValue* plane = table.find("plane")) {

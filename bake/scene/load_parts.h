@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "bake/report/monitor.h"
 #include "bake/scene/index_volume.h"
+#include "bake/scene/mesh_file.h"
 #include "bake/scene/mesh_shape.h"
 #include "bake/scene/scene.h"
 #include "bake/scene/spline_field.h"
@@ -24,11 +26,12 @@ struct LoadContext {
     double frame_rate = 24;  ///< [1/s]
     Monitor& monitor;
     bool animated = false;  ///< something depends on the frame's number other than through a file's name
-    std::uint64_t hash = 0xcbf29ce484222325u;      ///< 64-bit FNV-1a of all bytes so far
-    std::vector<Medium> media{};                   ///< Scene::media, to which surfaces add "air" where they name it
-    std::vector<GradedObject> graded{};            ///< media whose index varies, which no surface names
-    Medium water{};                                ///< Scene::medium
-    std::optional<RefractiveIndex> water_index{};  ///< of the water, where its own table gives one
+    std::uint64_t hash = 0xcbf29ce484222325u;  ///< 64-bit FNV-1a of all bytes so far
+    std::vector<Medium> media{};               ///< Scene::media, to which surfaces add "air" where they name it
+    std::vector<GradedObject> graded{};        ///< media whose index varies, which no surface names
+    std::map<std::string, std::shared_ptr<const RawMesh>> gltf{};  ///< files of which tables take parts, by path
+    Medium water{};                                                ///< Scene::medium
+    std::optional<RefractiveIndex> water_index{};                  ///< of the water, where its own table gives one
 
     void hashBytes(std::string_view bytes) {
         for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;

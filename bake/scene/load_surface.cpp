@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <limits>
 
+#include "bake/image/atomic_file.h"
 #include "bake/scene/load_parts.h"
 #include "bake/scene/mesh_file.h"
 #include "bake/scene/placement.h"
@@ -14,7 +15,8 @@
 namespace photic {
 namespace {
 
-const std::vector<std::string> kMeshKeys{"up", "smooth", "inside", "position", "rotation", "thin", "radius"};
+const std::vector<std::string> kMeshKeys{"up",   "smooth", "inside", "position", "rotation",
+                                         "thin", "radius", "node",   "material"};
 const std::vector<std::string> kFileKeys{"channel", "scale", "level", "displacement", "displacement_channels",
                                          "texels"};
 const std::vector<std::string> kSources{"file", "waves", "bump", "sea", "flat"};
@@ -107,6 +109,28 @@ void loadHeightField(const TableReader& table, const Domain* domain, Surface& su
 
 }  // namespace
 
+namespace {
+
+/// The file's triangles, or those of the parts that `node` and `material` name.
+TriangleMesh loadTriangles(const TableReader& table, const std::string& path, std::optional<UpAxis> up,
+                           LoadContext& context) {
+    const auto use_bytes = [&](std::string_view bytes) { context.hashBytes(bytes); };
+    const auto node = table.text("node"), material = table.text("material");
+    if (!node && !material) return loadMesh(path, up, context.monitor, use_bytes);
+    if (!isGltf(path))
+        table.fail(node ? "node" : "material", "only of .gltf and .glb files parts are read; leave it out");
+    std::shared_ptr<const RawMesh>& raw = context.gltf[path];
+    if (!raw) {
+        const std::string bytes = readFileBytes(path);
+        use_bytes(bytes);
+        raw = std::make_shared<const RawMesh>(readGltf(bytes, path, use_bytes));
+    }
+    return buildMesh(onlyParts(*raw, node.value_or(""), material.value_or(""), path), up.value_or(UpAxis::Y), path,
+                     context.monitor);
+}
+
+}  // namespace
+
 std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const std::string& file,
                                                  LoadContext& context, MeshShape* shape) {
     std::optional<UpAxis> up;
@@ -114,8 +138,7 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
     const bool smooth = table.flag("smooth").value_or(true);
     const Placement placement = loadPlacement(table);
     return placed(table, "file", [&] {
-        TriangleMesh mesh = loadMesh(context.path(file), up, context.monitor,
-                                     [&](std::string_view bytes) { context.hashBytes(bytes); });
+        TriangleMesh mesh = loadTriangles(table, context.path(file), up, context);
         place(mesh, placement);
         if (shape) *shape = shapeOf(mesh);
         return std::make_shared<TriangleMesh>(smooth ? std::move(mesh) : withFacetNormals(mesh));
@@ -194,7 +217,8 @@ void checkMesh(const TableReader& table, const MeshShape& shape, Surface& surfac
 }
 
 void loadSphere(const TableReader& table, Surface& surface) {
-    refuse(table, {"file", "up", "smooth", "rotation", "scale"}, "is for kind = \"mesh\"; a sphere has 'radius'");
+    refuse(table, {"file", "up", "smooth", "rotation", "scale", "node", "material"},
+           "is for kind = \"mesh\"; a sphere has 'radius'");
     const auto radius = table.number("radius", positive("m"));
     if (!radius) table.missing("radius", "0.2 [m]");
     surface.sphere = Sphere{table.vector3("position", anyNumber("m")).value_or(glm::dvec3(0)), *radius};
@@ -219,7 +243,7 @@ Surface loadSurface(const ConfigValue& value, std::size_t number, const Domain* 
     known.insert(known.end(), kHeightFieldKeys.begin(), kHeightFieldKeys.end());
     known.insert(known.end(), kMeshKeys.begin(), kMeshKeys.end());
     const TableReader table(value, "[[surface]]", known,
-                            {"dispersion", "abbe", "cauchy", "roughness", "index", "thickness", "material"});
+                            {"dispersion", "abbe", "cauchy", "roughness", "index", "thickness"});
 
     Surface surface;
     surface.name = table.text("name").value_or(fmt::format("surface {}", number));

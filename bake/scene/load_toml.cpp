@@ -11,6 +11,7 @@
 
 #include "bake/image/atomic_file.h"
 #include "bake/scene/config_meaning.h"
+#include "bake/scene/gltf_scene.h"
 #include "bake/scene/graded_index.h"
 #include "bake/scene/load_parts.h"
 
@@ -229,12 +230,23 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     return scene;
 }
 
+namespace {
+
+Scene loadGltfScene(const std::string& path, int frame, Monitor& monitor) {
+    monitor.progress("scene", 0);
+    const std::filesystem::path file(path);
+    const GltfScene taken = sceneOfGltf(readFileBytes(path), path, file.filename().string(), [](std::string_view) {});
+    for (const std::string& note : taken.notes) monitor.note(fmt::format("{}: {}", path, note));
+    Scene scene = parseScene(taken.toml, path + " as a scene file", file.parent_path().string(), frame, monitor);
+    monitor.progress("scene", 1);
+    return scene;
+}
+
+}  // namespace
+
 Scene loadScene(const std::string& path, int frame, Monitor& monitor) {
     const std::filesystem::path file(path);
-    if (file.extension() == ".glb" || file.extension() == ".gltf")
-        throw Error(ErrorCode::Input, fmt::format("'{}': bare glTF scenes are not built yet; write a scene file that "
-                                                  "names it as the mesh of a [[surface]] or [[object]]",
-                                                  path));
+    if (isGltf(path)) return loadGltfScene(path, frame, monitor);
     std::error_code unknown;
     if (const auto size = std::filesystem::file_size(file, unknown); !unknown && size > kLargestScene)
         throw Error(

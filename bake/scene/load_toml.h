@@ -9,10 +9,11 @@
 
 namespace photic {
 
-/// Reads a scene file (docs/scene.md) and everything that it refers to, for one frame.
+/// Reads a scene file (docs/scene.md), or a glTF that is taken for one (gltf_scene.h), and everything that it refers
+/// to, for one frame.
 ///
 /// @param frame   replaces "####" in file names and is the time of animated surfaces
-/// @param monitor receives warnings (half-float heights, unwelded meshes ...)
+/// @param monitor receives warnings (half-float heights, unwelded meshes ...) and what of a glTF was assumed
 /// @throws Error{Input} with file:line:column, value, limit and remedy; unknown keys are errors with "did you mean";
 ///         names of the schema that are not built yet are refused by name
 Scene loadScene(const std::string& path, int frame, Monitor& monitor);

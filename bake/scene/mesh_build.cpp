@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
 #include "bake/scene/mesh_file.h"
+#include "bake/scene/plain_text.h"
 
 namespace photic {
 namespace {
@@ -168,10 +170,37 @@ TriangleMesh withFacetNormals(const TriangleMesh& mesh) {
     return out;
 }
 
+bool isGltf(const std::string& path) {
+    const std::string extension = extensionOf(path);
+    return extension == ".gltf" || extension == ".glb";
+}
+
+RawMesh onlyParts(const RawMesh& mesh, const std::string& node, const std::string& material, const std::string& path) {
+    const auto is = [](const std::string& wanted, const std::string& name, std::int64_t number) {
+        return wanted.empty() || wanted == name || wanted == fmt::format("#{}", number);
+    };
+    RawMesh out;
+    out.positions = mesh.positions, out.normals = mesh.normals, out.warnings = mesh.warnings;
+    std::vector<std::string> names;
+    for (const MeshPart& part : mesh.parts) {
+        const bool of_node = is(node, part.node_name, static_cast<std::int64_t>(part.node));
+        const std::string& name = of_node ? part.material_name : part.node_name;
+        if (names.size() < 8 && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+        if (!of_node || !is(material, part.material_name, part.material)) continue;
+        const auto first = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(part.first);
+        out.triangles.insert(out.triangles.end(), first, first + static_cast<std::ptrdiff_t>(part.count));
+    }
+    if (out.triangles.empty())
+        throw Error(ErrorCode::Input, fmt::format("'{}' has no triangle of the node '{}'{}; it has {}", path, node,
+                                                  material.empty() ? "" : " with the material '" + material + "'",
+                                                  visible(fmt::format("'{}'", fmt::join(names, "', '")))));
+    return out;
+}
+
 TriangleMesh loadMesh(const std::string& path, std::optional<UpAxis> up, Monitor& monitor,
                       const std::function<void(std::string_view)>& use_bytes) {
     const std::string extension = extensionOf(path);
-    const bool gltf = extension == ".gltf" || extension == ".glb";
+    const bool gltf = isGltf(path);
     if (!gltf && extension != ".obj" && extension != ".ply")
         throw Error(ErrorCode::Input,
                     fmt::format("'{}' is no mesh that can be read; .obj, .ply, .gltf and .glb can", path));

@@ -17,11 +17,22 @@ namespace photic {
 
 enum class UpAxis { Y, Z };
 
+/// Triangles of a RawMesh that follow one another and that its file knows by a name: of a glTF, a node's of one
+/// material.
+struct MeshPart {
+    std::size_t node = 0;
+    std::string node_name;
+    int material = -1;  ///< -1: none
+    std::string material_name;
+    std::size_t first = 0, count = 0;  ///< triangles
+};
+
 /// Triangles as a file gives them: any axes, split vertices, normals for all vertices or for none.
 struct RawMesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::dvec3> normals;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into positions; checked by the readers
+    std::vector<MeshPart> parts;                          ///< of glTF alone; they cover all triangles
     std::string holds;                  ///< what the file has where it has no triangles: "4 vertices, but no face"
     std::vector<std::string> warnings;  ///< what of the file was left out, and what would do
 };
@@ -39,6 +50,11 @@ RawMesh readPly(const std::string& bytes, const std::string& path);
 RawMesh readGltf(const std::string& bytes, const std::string& path,
                  const std::function<void(std::string_view)>& use_bytes);
 
+/// The triangles of some parts.
+/// @param node, material  a name, or "#" and a number from 0; empty: all
+/// @throws Error{Input} where there is none, with the names that there are
+RawMesh onlyParts(const RawMesh& mesh, const std::string& node, const std::string& material, const std::string& path);
+
 /// Turns to Z up ((x, y, z) -> (x, -z, y) from Y up), welds vertices nearer than 1e-9 of the extent, drops triangles
 /// without area (one counted warning) and unused vertices, and gives normals: the file's, averaged over welded
 /// vertices, or area-weighted ones.
@@ -54,6 +70,8 @@ TriangleMesh withFacetNormals(const TriangleMesh& mesh);
 /// @throws Error{Input}
 TriangleMesh loadMesh(const std::string& path, std::optional<UpAxis> up, Monitor& monitor,
                       const std::function<void(std::string_view)>& use_bytes);
+/// Whether a file is glTF, by its name's end.
+bool isGltf(const std::string& path);
 
 /// A closed box with facet normals, outwards.
 TriangleMesh boxMesh(const glm::dvec3& min, const glm::dvec3& max);

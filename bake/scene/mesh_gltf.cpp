@@ -114,6 +114,7 @@ private:
                              excerpt(model_.nodes[i].name)));
         const tinygltf::Node& node = model_.nodes[i];
         const glm::dmat4 world_from_node = world_from_parent * transformOf(node);
+        part_.node = i, part_.node_name = node.name;
         if (node.mesh >= 0) addMesh(node, world_from_node);
         for (const int child : node.children) addNode(child, world_from_node, depth + 1);
     }
@@ -329,6 +330,12 @@ private:
             fail(fmt::format("node '{}' has {} corners, no multiple of 3", name, corners.size()));
         if (mesh_.triangles.size() + corners.size() / 3 > kMostTriangles)
             fail(fmt::format("has more than {} triangles with all its instances; simplify it", kMostTriangles));
+        MeshPart part = part_;
+        part.material = primitive.material, part.first = mesh_.triangles.size(), part.count = corners.size() / 3;
+        if (primitive.material >= 0)
+            part.material_name =
+                model_.materials[checked(primitive.material, model_.materials.size(), "material")].name;
+        if (part.count > 0) mesh_.parts.push_back(std::move(part));
         for (std::size_t i = 0; i < corners.size(); i += 3) {
             std::array<std::uint32_t, 3> triangle{corners[i], corners[i + 1], corners[i + 2]};
             for (std::uint32_t& corner : triangle) {
@@ -347,6 +354,7 @@ private:
     std::vector<char> visited_;
     bool has_normals_ = false;
     int thin_ = 0;
+    MeshPart part_;  // that triangles are now added to
     RawMesh mesh_;
 };
 
