@@ -368,9 +368,7 @@ private:
 
 int pointsAcrossLayer(double slope) { return slope <= 0.65 ? 1 : slope <= 1 ? 2 : 4; }
 
-int pointsAcrossLayer(const TubeSet& tubes) {
-    return pointsAcrossLayer(tubes.rmsSlope());
-}
+int pointsAcrossLayer(const TubeSet& tubes) { return pointsAcrossLayer(tubes.rmsSlope()); }
 
 void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
               Monitor& monitor) {
