@@ -203,6 +203,26 @@ void warnOfOpposedLight(const Scene& scene, const LightVolume& volume, Monitor& 
                     100 * opposed.share, 100 * opposed.lost));
 }
 
+/// Says what of the light was not followed to its end, where that is more than a rim or an edge.
+void warnOfLightGivenUp(const Scene& scene, const PowerLedger& power, Monitor& monitor) {
+    if (!(power.emitted > 0)) return;
+    constexpr double kReflected = 0.1, kDropped = 0.1;  // of the light
+    std::vector<std::string> only_refract;
+    for (const Surface& surface : scene.surfaces)
+        if (surface.event == SurfaceEvent::Refract) only_refract.push_back("'" + surface.name + "'");
+    // What a single water turns back is known from every lake.
+    if (scene.surfaces.size() > 1 && !only_refract.empty() && power.reflected > kReflected * power.emitted)
+        monitor.warn(fmt::format(
+            "{:.3g} W, {:.2g} % of the light, is reflected at surfaces that only refract ({}), and is not in the "
+            "volume; event = \"both\" follows it",
+            power.reflected, 100 * power.reflected / power.emitted, fmt::join(only_refract, ", ")));
+    if (power.dropped > kDropped * power.emitted)
+        monitor.warn(
+            fmt::format("{:.3g} W, {:.2g} % of the light, is not followed to its end: it meets too many "
+                        "surfaces, or is too faint; more 'bounces' and a smaller 'threshold' follow it farther",
+                        power.dropped, 100 * power.dropped / power.emitted));
+}
+
 /// What every method leaves out for the same reasons.
 std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels& needed) {
     std::vector<std::string> skipped;
@@ -242,6 +262,7 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     monitor.checkCancelled();
     watch.lap();
     BakeReport& report = result.report;
+    warnOfLightGivenUp(scene, report.power, monitor);
     report.reference_irradiance = scene.referenceIrradiance();
     report.needed_voxels = needed->count();
     report.threads = threadCount();

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <glm/geometric.hpp>
+
 #include "bake/baker/bake_cost.h"
 #include "bake/baker/post_steps.h"
 #include "bake/field/prefilter.h"
@@ -57,6 +60,30 @@ event = "refract"
     EXPECT_EQ(iorOf(ball), water);
     ball.surfaces.erase(ball.surfaces.begin());
     EXPECT_EQ(iorOf(ball), "1");
+}
+
+// An upright pane in the water: what it turns back, all of what meets it slantwise enough, is no longer there.
+TEST(BakeScene, SaysWhatAPaneTurnsBack) {
+    const std::string folder = testing::TempDir();
+    std::ofstream(folder + "/pane.obj")
+        << "v 0.1 -0.5 -0.6\nv 0.1 0.5 -0.6\nv 0.1 0.5 -0.05\nv 0.1 -0.5 -0.05\nf 1 2 3 4\n";
+    const auto warnings = [&](const std::string& event) {
+        Scene scene = poolScene("[[surface]]\nname = \"pane\"\nkind = \"mesh\"\nfile = \"" + folder +
+                                "/pane.obj\"\nior_below = 1.333\nevent = \"" + event + "\"\n");
+        scene.bake.method = "beams";
+        scene.lights[0].direction = glm::normalize(glm::dvec3(0.8, 0.1, -0.6));
+        Record monitor;
+        const PowerLedger power = bakeScene(scene, monitor).report.power;
+        std::string all;
+        for (const std::string& warning : monitor.warnings) all += warning + "\n";
+        EXPECT_EQ(all.find("is reflected at surfaces that only refract ('water', 'pane')") != all.npos,
+                  power.reflected > 0.1 * power.emitted)
+            << power.reflected / power.emitted << "\n"
+            << all;
+        return power.reflected / power.emitted;
+    };
+    EXPECT_GT(warnings("refract"), 0.1);
+    EXPECT_LT(warnings("both"), 0.1);
 }
 
 TEST(BakeScene, IsTheMethodsFieldWithAllThatAVolumeHolds) {
