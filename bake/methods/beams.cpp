@@ -62,12 +62,8 @@ public:
           spectrum_(spectralSamples(options.wavelengths)),
           optics_(scene, frame, wavelengthsOf(spectrum_)),
           monitor_(monitor) {
-        limits_.events = scene.bake.bounces.value_or(kDefaultBounces);
-        limits_.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
-        launch_.cells = options.mesh;
-        launch_.spacing = options.spacing;
-        launch_.refine.tolerance = scene.bake.tolerance;
-        launch_.refine.silhouette = options.silhouette;
+        limits_ = followLimits(scene);
+        launch_ = launchOptions(scene, options);
         voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
         voxelise_.quadrature = scene.bake.quadrature;
     }
@@ -128,12 +124,6 @@ public:
     }
 
 private:
-    static std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum) {
-        std::vector<double> out;
-        for (const SpectralSample& sample : spectrum) out.push_back(sample.wavelength_nm);
-        return out;
-    }
-
     // One sample of a light through every surface, and on through every history that it begins.
     void addSample(const Light& light, const LightSample& sample, LightField& field, FaintLight* faint, bool is_last) {
         const TubeSink sink = [&](std::array<TubeSet, 6>&& sets) { lay(std::move(sets), field); };

@@ -19,26 +19,77 @@ namespace {
 
 // Seconds of one thread of a 2.6 GHz server core, fitted to the examples and variants of them (docs/accuracy.md).
 constexpr double kSecondsACell = 4e-7;         // of a lattice: its ray and what refinement adds
-constexpr double kSecondsATriangle = 6e-6;     // of a mesh surface, whose rays are cast
+constexpr double kSecondsALeg = 1.4e-6;        // of a ray that is cast from a mesh or a sphere
+constexpr double kSecondsATube = 2.4e-6;       // of those, whatever it crosses
+constexpr double kSecondsALayer = 1.3e-7;      // of one of those in a layer of voxels
 constexpr double kSecondsATubeLayer = 2.1e-8;  // of a tube in a layer of voxels
 constexpr double kSecondsAValue = 1.1e-8;      // summed in a voxel
 constexpr double kSecondsABlurredValue = 1e-8;
+
+// Triangles of a mesh that are launched to see what all take.
+constexpr int kTriedTriangles = 48;
 
 /// What a surface is cut into for one light.
 struct Cells {
     double count = 0, tubes = 0;
 };
 
+/// What a mesh or a sphere is, and what all histories take that begin there.
+struct Launched {
+    double tubes = 0;
+    double legs = 0;    ///< of all corner rays
+    double layers = 0;  ///< that all tubes cross
+};
+
+// Layers that tubes cross inside of the grid.
+double layersOf(const std::array<TubeSet, 6>& sets, const GridFrame& frame) {
+    double layers = 0;
+    for (const TubeSet& set : sets) {
+        if (set.empty()) continue;
+        const double low = frame.min[set.axis] - 0.5, high = frame.max[set.axis] + 0.5;
+        double crossed = 0;
+        for (const CornerRay& ray : set.corners)
+            crossed += std::fabs(std::clamp(ray.w_end, low, high) - std::clamp(ray.w, low, high));
+        layers += crossed / static_cast<double>(set.corners.size()) * static_cast<double>(set.tubes.size());
+    }
+    return layers;
+}
+
+/// Launches a few triangles for all. Where the disc is sampled the faint histories are followed for one direction.
+Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int surface_index, const Light& light,
+                      const BeamsOptions& options) {
+    const std::vector<SpectralSample> spectrum = spectralSamples(options.wavelengths);
+    const int directions = discDirections(optics, light, options);
+    const std::vector<LightSample> samples = lightSamples(light, directions);
+    double layers = 0;
+    const TubeSink count = [&](std::array<TubeSet, 6>&& sets) { layers += layersOf(sets, q.frame); };
+    LaunchOptions launch = launchOptions(q.scene, options);
+    launch.tubes.channels = q.scene.coloured() ? 3 : 1;
+    launch.sampled = kTriedTriangles;
+    Monitor quiet;
+    Launched all;
+    FaintLight faint;
+    for (const bool last : {false, true}) {
+        const double like_it = last ? 1.0 : static_cast<double>(samples.size()) - 1;
+        if (like_it == 0) continue;
+        HistoryLauncher launcher(optics, spectrum, launch, followLimits(q.scene), count, quiet);
+        launcher.shareFaint(samples.size() > 1 ? &faint : nullptr, last);
+        LaunchTotals totals;
+        layers = 0;
+        launcher.launch(Emission(q.scene, surface_index, samples.front()), {}, totals);
+        if (totals.triangles_launched == 0) continue;
+        const double part = static_cast<double>(totals.triangles_launched) / static_cast<double>(totals.triangles);
+        all.legs += like_it * static_cast<double>(totals.legs) / part;
+        all.layers += like_it * layers / part;
+        all.tubes += like_it * static_cast<double>(totals.tubes) / part;
+    }
+    return all;
+}
+
 Cells cellsOf(const CostQuestion& q, const OpticalScene& optics, int surface_index, const Light& light,
               const BeamsOptions& options) {
     const Surface& surface = q.scene.surfaces[static_cast<std::size_t>(surface_index)];
-    if (surface.mesh) {
-        const auto triangles = static_cast<double>(surface.mesh->triangles.size());
-        return {triangles, triangles};
-    }
-    LaunchOptions launch;
-    launch.cells = options.mesh, launch.spacing = options.spacing;
-    launch.refine.tolerance = q.scene.bake.tolerance;
+    const LaunchOptions launch = launchOptions(q.scene, options);
     const LaunchDomain domain = launchDomain(q.scene, surface, light, q.frame);
     if (domain.empty()) return {};
     const Branch branch = surface.event == SurfaceEvent::Reflect ? Branch::Reflected : Branch::Refracted;
@@ -65,13 +116,24 @@ int discDirections(const OpticalScene& optics, const Light& light, const BeamsOp
     return options.disc == BeamsDisc::Sample ? options.disc_samples : discSamples(optics, light, options.disc_samples);
 }
 
+LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options) {
+    LaunchOptions launch;
+    launch.cells = options.mesh, launch.spacing = options.spacing;
+    launch.refine.tolerance = scene.bake.tolerance, launch.refine.silhouette = options.silhouette;
+    return launch;
+}
+
+FollowLimits followLimits(const Scene& scene) {
+    return {scene.bake.bounces.value_or(kDefaultBounces), scene.bake.threshold.value_or(kDefaultThreshold)};
+}
+
 MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
     const Scene& scene = q.scene;
     const int points = std::max(1, scene.bake.quadrature);  // 0: few layers slant so much that they take more
     const double planes = q.frame.size().z * points;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
     const double values = q.needed_voxels * channels * points;
-    const OpticalScene optics(scene, q.frame);
+    const OpticalScene optics(scene, q.frame, wavelengthsOf(spectralSamples(options.wavelengths)));
     int most_directions = 1;
     double light_seconds = 0, disc_seconds = 0, sampled_seconds = 0, most_tubes = 0;
     for (const Light& light : scene.lights) {
@@ -83,15 +145,25 @@ MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
         if (disc == BeamsDisc::Blur) disc_seconds += q.needed_voxels * channels * kSecondsABlurredValue;
         for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
             const Surface& surface = scene.surfaces[i];
-            const Cells cells = cellsOf(q, optics, static_cast<int>(i), light, options);
-            // Tubes also lie side by side in sheets of voxels that nobody needs, where they cost nothing.
-            const double needed = std::min(1.0, q.needed_voxels / static_cast<double>(q.frame.voxelCount()));
-            const double launch = cells.count * (surface.mesh ? kSecondsATriangle : kSecondsACell) +
-                                  cells.tubes * planes * needed * kSecondsATubeLayer + values * kSecondsAValue;
-            const double seconds = launch * branchesOf(surface) * samples;
+            double seconds = 0, tubes = 0;
+            if (surface.mesh) {
+                const Launched all = launchedFrom(q, optics, static_cast<int>(i), light, options);
+                tubes = all.tubes;
+                const double needed = std::min(1.0, q.needed_voxels / static_cast<double>(q.frame.voxelCount()));
+                seconds = all.legs * kSecondsALeg + all.tubes * kSecondsATube + all.layers * needed * kSecondsALayer +
+                          values * kSecondsAValue;
+            } else {
+                const Cells cells = cellsOf(q, optics, static_cast<int>(i), light, options);
+                tubes = cells.tubes;
+                // Tubes also lie side by side in sheets of voxels that nobody needs, where they cost nothing.
+                const double needed = std::min(1.0, q.needed_voxels / static_cast<double>(q.frame.voxelCount()));
+                seconds = (cells.count * kSecondsACell + cells.tubes * planes * needed * kSecondsATubeLayer +
+                           values * kSecondsAValue) *
+                          branchesOf(surface) * samples;
+            }
             light_seconds += seconds;
             if (disc == BeamsDisc::Sample) sampled_seconds += seconds;
-            most_tubes = std::max(most_tubes, cells.tubes);
+            most_tubes = std::max(most_tubes, tubes);
         }
     }
     // The light of flat water, which takes next to no rays.

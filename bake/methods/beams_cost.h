@@ -8,6 +8,7 @@
 
 #include "bake/methods/beams.h"
 #include "bake/paths/optical_scene.h"
+#include "bake/tubes/histories.h"
 
 namespace photic {
 
@@ -16,6 +17,10 @@ BeamsDisc discFor(const Scene& scene, const Light& light, const GridFrame& frame
 
 /// How many directions on its disc stand for a light: 1 unless its disc is sampled.
 int discDirections(const OpticalScene& optics, const Light& light, const BeamsOptions& options);
+
+/// How surfaces are cut, and how far light is followed, as a scene and its options ask for.
+LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options);
+FollowLimits followLimits(const Scene& scene);
 
 /// What a bake by beams takes: rays and tubes by how much the surface bends, deposits by the voxels.
 MethodCost beamsCost(const CostQuestion& question, const BeamsOptions& options);

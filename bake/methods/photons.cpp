@@ -73,12 +73,6 @@ private:
         int events = 0, wavelength = 0;
     };
 
-    static std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum) {
-        std::vector<double> out;
-        for (const SpectralSample& sample : spectrum) out.push_back(sample.wavelength_nm);
-        return out;
-    }
-
     // Light comes to a surface: its wavelengths part there where they do, then its branches.
     template <class Real>
     void meet(const Photon& photon, int surface, const Meeting& at, TrackAccumulator<Real>& field, Tally& tally) const {

@@ -99,6 +99,12 @@ std::vector<SpectralSample> spectralSamples(int count) {
     return samples;
 }
 
+std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum) {
+    std::vector<double> out;
+    for (const SpectralSample& sample : spectrum) out.push_back(sample.wavelength_nm);
+    return out;
+}
+
 FaintLight::Key FaintLight::key(const History& history, int surface, int wavelength) {
     Key key = {surface, wavelength};
     for (const PathEvent& event : history) key.push_back(event.surface * 2 + (event.branch == Branch::Reflected));
@@ -215,7 +221,7 @@ void HistoryLauncher::branchAt(const Light& light, const History& history, int s
         const History longer = continued(history, {surface, branch});
         const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
         LaunchOptions options = optionsFor(longer, first_branch);
-        options.from_roots = power < kFromRoots * light.emitted;
+        options.from_roots = !totals.launched_parts && power < kFromRoots * light.emitted;
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         first_branch = false;

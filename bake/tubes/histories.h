@@ -18,6 +18,8 @@ struct SpectralSample {
 /// channels on either side of it, the nearer one more: so weights are never negative (those of a pure wavelength in
 /// linear sRGB are) and white light stays white.
 std::vector<SpectralSample> spectralSamples(int count);
+/// Their wavelengths alone [nm].
+std::vector<double> wavelengthsOf(const std::vector<SpectralSample>& spectrum);
 
 /// How far light is followed.
 struct FollowLimits {

@@ -2,10 +2,12 @@
 #include "bake/tubes/launch.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "bake/scene/mesh_file.h"
 #include "bake/threads/parallel_for.h"
@@ -17,6 +19,22 @@ constexpr std::int64_t kPartsABatch = 1024;
 
 // Few triangles can be much work each: they are shared out finely.
 std::int64_t trianglesAPart(std::int64_t triangles) { return std::clamp<std::int64_t>(triangles / 256, 1, 16); }
+
+// One of the four triangles that halved sides make: at a corner, or the middle one.
+std::array<EmissionParam, 3> quarter(const std::array<EmissionParam, 3>& corner, int which) {
+    const EmissionParam ab = middle(corner[0], corner[1]), bc = middle(corner[1], corner[2]),
+                        ca = middle(corner[2], corner[0]);
+    switch (which) {
+        case 0:
+            return {corner[0], ab, ca};
+        case 1:
+            return {ab, corner[1], bc};
+        case 2:
+            return {ca, bc, corner[2]};
+        default:
+            return {ab, bc, ca};
+    }
+}
 
 constexpr int kSphereRings = 16;
 constexpr double kPlaneCell = 1;  // [voxels] of cells of a plane across the light
@@ -66,6 +84,7 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
             addPower(totals.power, builders[i].power());
             totals.tubes += builders[i].tubes();
             totals.corner_rays += traced[i];
+            totals.legs += traced[i] * (static_cast<std::int64_t>(tracer_.history().size()) + 1);
             totals.seeds.insert(totals.seeds.end(), builders[i].seeds().begin(), builders[i].seeds().end());
         }
         std::array<TubeSet, 6> batch = joined(builders);
@@ -83,6 +102,15 @@ LaunchMesh::LaunchMesh(const Emission& emission, const GridFrame& frame) : surfa
     // A sphere is divided as its light asks for: few triangles to begin with.
     const Surface& surface = surface_;
     if (surface.sphere) ball_ = sphereMesh(surface.sphere->center, surface.sphere->radius, kSphereRings);
+}
+
+std::int64_t LaunchMesh::stepFor(int count, std::int64_t size) const {
+    if (count <= 0) return 1;
+    // No multiple of a row's length, or all would lie in few columns.
+    const std::int64_t row = cells_.x > 0 ? 2 * cells_.x : 4 * kSphereRings;
+    std::int64_t step = std::max<std::int64_t>(1, size / count);
+    while (std::gcd(step, row) > 1) ++step;
+    return step;
 }
 
 glm::dvec3 LaunchMesh::face(int triangle) const {
@@ -113,16 +141,25 @@ void Launch::mesh(LaunchTotals& totals) {
     const LaunchMesh mesh(tracer_.emission(), tracer_.optics().frame());
     RefineOptions refine = options_.refine;
     if (options_.spacing > 0) refine.max_edge = options_.spacing, refine.tolerance = 0;
-    const std::int64_t a_part = trianglesAPart(mesh.size());
-    inBatches((mesh.size() + a_part - 1) / a_part, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
+    // Of few large triangles parts are launched where a sample will do.
+    int halvings = 0;
+    while (options_.sampled > 0 && (std::int64_t{mesh.size()} << 2 * halvings) < 4 * options_.sampled) ++halvings;
+    const std::int64_t size = std::int64_t{mesh.size()} << 2 * halvings;
+    const std::int64_t step = mesh.stepFor(options_.sampled, size), a_part = trianglesAPart(size);
+    totals.launched_parts = totals.launched_parts || halvings > 0;
+    totals.triangles += size, totals.triangles_launched += (size + step - 1) / step;
+    inBatches((size + a_part - 1) / a_part, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
         Refiner refiner(tracer_, obstacles_, builder, refine);
         std::int64_t traced = 0;
-        for (auto t = static_cast<int>(part * a_part); t < std::min<std::int64_t>((part + 1) * a_part, mesh.size());
-             ++t) {
+        for (std::int64_t i = part * a_part; i < std::min((part + 1) * a_part, size); ++i) {
+            if (i % step != 0) continue;
+            const int t = static_cast<int>(i >> 2 * halvings);
             const glm::dvec3 face = mesh.face(t);
             if (face == glm::dvec3(0)) continue;
+            std::array<EmissionParam, 3> corner{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+            for (int h = 0; h < halvings; ++h) corner = quarter(corner, static_cast<int>(i >> 2 * h & 3));
             Path corners[3];
-            for (int i = 0; i < 3; ++i) corners[i] = tracer_.trace(mesh.corner(t, i), face);
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = tracer_.trace(corner[k], face);
             builder.setRoot(t);
             refiner.add(corners[0], corners[1], corners[2], face);
             traced += 3;

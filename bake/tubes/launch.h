@@ -22,12 +22,17 @@ struct LaunchOptions {
     /// Seeds that are parts of one triangle of a mesh are divided from that triangle on: for histories so faint that
     /// the edges of what shorter ones divided do not count.
     bool from_roots = false;
+    int sampled = 0;  ///< about so many of a mesh's triangles are launched, evenly spread, for estimates; 0: all
 };
 
 /// What launching counted.
 struct LaunchTotals {
     PowerLedger power;
     std::int64_t tubes = 0, corner_rays = 0;
+    std::int64_t legs = 0;  ///< of the corner rays
+    /// Of meshes: triangles (of few large ones: parts), and those of them that were launched.
+    std::int64_t triangles = 0, triangles_launched = 0;
+    bool launched_parts = false;
     double seconds = 0;           ///< spent launching, without the sink
     std::vector<TubeSeed> seeds;  ///< what longer histories go on with
 };
@@ -38,6 +43,8 @@ public:
     LaunchMesh(const Emission& emission, const GridFrame& frame);
 
     int size() const { return cells_.x > 0 ? 2 * cells_.x * cells_.y : static_cast<int>(mesh().triangles.size()); }
+    /// So many of `size` parts of its triangles apart are about `count` of them, that lie everywhere.
+    std::int64_t stepFor(int count, std::int64_t size) const;
     /// Geometric normal, unit; 0 of a triangle without an area.
     glm::dvec3 face(int triangle) const;
     EmissionParam corner(int triangle, int which) const;

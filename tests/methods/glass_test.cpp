@@ -10,6 +10,7 @@
 #include "bake/methods/photons.h"
 #include "bake/paths/emission.h"
 #include "bake/scene/load_toml.h"
+#include "bake/tubes/histories.h"
 #include "tests/methods/glass_scene.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/tube_scenes.h"
@@ -141,6 +142,34 @@ TEST(Glass, AGlassOfWineComesToAnEnd) {
         EXPECT_LT(r.report.tubes, 500'000) << turn;
         EXPECT_LT(r.report.power.imbalance(), 1e-9) << turn;
         EXPECT_LT(r.report.power.dropped / r.report.power.emitted, 0.1) << turn;
+    }
+}
+
+// What an estimate is made of: some of the triangles, or of their parts, speak for all.
+TEST(Glass, AFewTrianglesTellWhatAllTake) {
+    for (const bool box : {false, true}) {
+        GlassScene glass(48, {0.2, 0.3, -1});
+        if (box) {
+            glass.add(support::boxMesh({-0.4, -0.3, -0.2}, {0.3, 0.4, 0.3}), SurfaceEvent::Both).smooth = false;
+        } else {
+            glass.addSphere({0.1, -0.05, 0.3}, 0.4, SurfaceEvent::Both);
+        }
+        const OpticalScene optics(glass.scene, glass.frame);
+        const std::vector<SpectralSample> spectrum = spectralSamples(1);
+        const TubeSink nowhere = [](std::array<TubeSet, 6>&&) {};
+        Monitor quiet;
+        const auto launched = [&](int sampled) {
+            LaunchOptions options;
+            options.sampled = sampled;
+            HistoryLauncher launcher(optics, spectrum, options, {6, 1e-3}, nowhere, quiet);
+            LaunchTotals totals;
+            launcher.launch(Emission(glass.scene, 0, lightSamples(glass.scene.lights[0], 1).front()), {}, totals);
+            const double part = double(totals.triangles_launched) / double(totals.triangles);
+            EXPECT_EQ(sampled == 0, part == 1);
+            return double(totals.corner_rays) / part;
+        };
+        const double some = launched(48), all = launched(0);
+        EXPECT_NEAR(some / all, 1, 0.35) << (box ? "box" : "ball");
     }
 }
 
