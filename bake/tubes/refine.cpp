@@ -25,6 +25,9 @@ constexpr double kWideOutside = 1;
 // Where light is launched across its rays, empty space is searched for the surface as finely as this [voxels].
 constexpr double kWideEmpty = 1;
 
+// Paths that part by more than this [voxels] before they land may be bent, however near to each other they start.
+constexpr double kFan = 1;
+
 // Tubes whose light goes on through different surfaces are divided down to this [voxels] before it does, and as finely
 // as anything else after it.
 constexpr double kWideSeam = 0.5;
@@ -115,6 +118,11 @@ glm::dvec3 PathComparison::landing(const Path& path) const {
     return p + d * std::min(path.end_distance, std::max(frame_.exitDistance(p, d), 0.0));
 }
 
+bool PathComparison::fansOut(const Path& a, const Path& b) const {
+    return a.outcome == PathOutcome::Lit && canShareTube(a, b) && !missesGrid(a, b) &&
+           largest(landing(a) - landing(b)) > kFan;
+}
+
 bool PathComparison::endsApart(const Path& a, const Path& b) const {
     if (!std::isfinite(a.end_distance) && !std::isfinite(b.end_distance)) return false;
     const int axis = mainAxis(frame_.indexDirection(a.direction + b.direction));
@@ -158,11 +166,14 @@ double Refiner::leastPower() const {
 // Whether an edge stays whole whatever lies between its ends.
 bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return false;
-    return width <= options_.silhouette || compare_.carries(a, b) < leastPower();
+    if (compare_.carries(a, b) < leastPower()) return true;
+    // At a body's rim light fans out from within a hair: outlines need no finer tubes there, what they lay does.
+    return width <= options_.silhouette && !(options_.tolerance > 0 && compare_.fansOut(a, b));
 }
 
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
+    if (width <= options_.silhouette) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
     switch (tracer_.emission().between(a.entry, b.entry)) {
         case Emission::Between::Dark:
             return false;
@@ -179,6 +190,10 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.endsApart(a, b))) return true;
+    return bendsTooMuch(a, b, m);
+}
+
+bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
     if (!(options_.tolerance > 0)) return false;
     // What is misplaced counts by its power, and tubes go with one over the tolerance: the sum of errors is least for a
     // given number of tubes when each history's tolerance goes with one over the root of its power.

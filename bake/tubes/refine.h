@@ -39,6 +39,8 @@ public:
     /// Second difference [voxels] of the landing points of three paths evenly spaced on the surface, where the middle
     /// one ends; 0 where they have no common landing.
     double bend(const Path& a, const Path& middle, const Path& b) const;
+    /// Whether two paths that share a tube land more than a voxel apart.
+    bool fansOut(const Path& a, const Path& b) const;
     /// Whether their ends inside the grid are more than a layer apart, as on a slope or a wall.
     bool endsApart(const Path& a, const Path& b) const;
     /// A step in depth inside one object is a silhouette too.
@@ -100,6 +102,7 @@ private:
     double leastPower() const;
     bool isFineEnough(const Path& a, const Path& b, double width) const;
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
+    bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 
     const PathTracer& tracer_;
