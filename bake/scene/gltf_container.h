@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "bake/scene/mesh_file.h"
+
 namespace photic {
 
 /// A `.gltf` or `.glb` opened as far as its shell goes, before anything of its scene is believed.
@@ -25,5 +27,8 @@ struct GltfContainer {
 /// buffers, for URIs that lead elsewhere, and for JSON that is nested more than 64 deep; each by name
 GltfContainer openGltf(const std::string& bytes, const std::string& path,
                        const std::function<void(std::string_view)>& use_bytes);
+
+/// The triangles of a container that is open, as readGltf() of mesh_file.h gives them.
+RawMesh readGltf(GltfContainer container, const std::string& path);
 
 }  // namespace photic

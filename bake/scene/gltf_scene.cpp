@@ -471,9 +471,11 @@ private:
 
 GltfScene sceneOfGltf(const std::string& bytes, const std::string& path, const std::string& name,
                       const std::function<void(std::string_view)>& use_bytes) {
-    const RawMesh mesh = readGltf(bytes, path, use_bytes);
+    GltfContainer container = openGltf(bytes, path, use_bytes);
+    const std::string looks = std::move(container.looks);
+    const RawMesh mesh = readGltf(std::move(container), path);
     try {
-        const Json root = Json::parse(openGltf(bytes, path, use_bytes).looks);
+        const Json root = Json::parse(looks);
         GltfScene scene = SceneWriter(mesh, root, path, name).write();
         scene.notes.insert(scene.notes.begin(), mesh.warnings.begin(), mesh.warnings.end());
         return scene;

@@ -180,7 +180,7 @@ RawMesh onlyParts(const RawMesh& mesh, const std::string& node, const std::strin
         return wanted.empty() || wanted == name || wanted == fmt::format("#{}", number);
     };
     RawMesh out;
-    out.positions = mesh.positions, out.normals = mesh.normals, out.warnings = mesh.warnings;
+    out.warnings = mesh.warnings;
     std::vector<std::string> names;
     for (const MeshPart& part : mesh.parts) {
         const bool of_node = is(node, part.node_name, static_cast<std::int64_t>(part.node));
@@ -194,6 +194,16 @@ RawMesh onlyParts(const RawMesh& mesh, const std::string& node, const std::strin
         throw Error(ErrorCode::Input, fmt::format("'{}' has no triangle of the node '{}'{}; it has {}", path, node,
                                                   material.empty() ? "" : " with the material '" + material + "'",
                                                   visible(fmt::format("'{}'", fmt::join(names, "', '")))));
+    // The vertices of a part follow one another: those of all others are left where they are.
+    std::uint32_t first = kNone, last = 0;
+    for (const auto& triangle : out.triangles)
+        for (const std::uint32_t corner : triangle) first = std::min(first, corner), last = std::max(last, corner);
+    for (auto& triangle : out.triangles)
+        for (std::uint32_t& corner : triangle) corner -= first;
+    const auto range = [&](const std::vector<glm::dvec3>& from, std::vector<glm::dvec3>& to) {
+        if (!from.empty()) to.assign(from.begin() + first, from.begin() + last + 1);
+    };
+    range(mesh.positions, out.positions), range(mesh.normals, out.normals);
     return out;
 }
 

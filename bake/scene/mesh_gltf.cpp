@@ -362,7 +362,10 @@ private:
 
 RawMesh readGltf(const std::string& bytes, const std::string& path,
                  const std::function<void(std::string_view)>& use_bytes) {
-    GltfContainer container = openGltf(bytes, path, use_bytes);
+    return readGltf(openGltf(bytes, path, use_bytes), path);
+}
+
+RawMesh readGltf(GltfContainer container, const std::string& path) {
     if (container.json.size() > std::numeric_limits<unsigned>::max())
         throw Error(ErrorCode::Input,
                     fmt::format("'{}' has {} bytes of JSON; it may have up to 4 GiB", path, container.json.size()));
