@@ -12,6 +12,7 @@
 #include "bake/methods/method_options.h"
 #include "bake/methods/photon_launch.h"
 #include "bake/methods/photon_statistics.h"
+#include "bake/methods/photon_tracer.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
@@ -26,124 +27,6 @@ constexpr unsigned kTiles = 64;  // of the launched patch, a side: a tile's trac
 double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
-/// What one repetition adds up beside the field. Powers are those of the repetition's own estimate.
-struct Tally {
-    PowerLedger power;
-    double path = 0;
-    std::int64_t rays = 0, deposited = 0, turned_away = 0;
-
-    void add(const Tally& t) {
-        for (const auto term : PowerLedger::kTerms) power.*term += t.power.*term;
-        path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
-    }
-};
-
-/// Follows photons from their surface to their end, by the steps of the one tracer. Shared by all threads.
-class PhotonTracer {
-public:
-    PhotonTracer(const Scene& scene, const GridFrame& frame, const std::vector<SpectralSample>& spectrum)
-        : spectrum_(spectrum), optics_(scene, frame, wavelengthsOf(spectrum)) {
-        limits_.events = scene.bake.bounces.value_or(kDefaultBounces);
-        limits_.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
-    }
-
-    /// @param power  of the photon, per channel [W], before anything blocks it
-    template <class Real>
-    void follow(int surface, const PhotonStart& start, const glm::dvec3& power, TrackAccumulator<Real>& field,
-                Tally& tally) const {
-        const PathOutcome arrival = optics_.arrival(start.position, start.direction, start.source);
-        if (arrival == PathOutcome::Hidden) return;
-        tally.power.emitted += channelMean(power);
-        if (arrival == PathOutcome::Blocked) {
-            tally.power.absorbed_surface += channelMean(power);
-            return;
-        }
-        Photon photon;
-        photon.direction = start.direction, photon.power = power, photon.least = limits_.threshold * channelMean(power);
-        photon.inside = optics_.startingInside(surface, start.direction, start.face);
-        meet(photon, surface, {start.position, start.normal, start.face}, field, tally);
-    }
-
-private:
-    struct Photon {
-        glm::dvec3 direction{0}, power{0};
-        MediumStack inside;
-        double least = 0;  // [W] below which a branch is not followed
-        int events = 0, wavelength = 0;
-    };
-
-    // Light comes to a surface: its wavelengths part there where they do, then its branches.
-    template <class Real>
-    void meet(const Photon& photon, int surface, const Meeting& at, TrackAccumulator<Real>& field, Tally& tally) const {
-        if (photon.wavelength == 0 && optics_.disperses(surface)) {
-            for (std::size_t i = 0; i < spectrum_.size(); ++i) {
-                Photon part = photon;
-                part.wavelength = static_cast<int>(i) + 1, part.power *= spectrum_[i].weight;
-                part.least *= channelMean(spectrum_[i].weight);
-                meet(part, surface, at, field, tally);
-            }
-            return;
-        }
-        const OpticalScene::Event event =
-            optics_.eventAt(surface, photon.wavelength, photon.inside, photon.direction, at);
-        Photon next = photon;
-        ++next.events;
-        if (event.void_surface) {
-            next.inside = event.beyond;
-            return runLeg(next, at.position, field, tally);
-        }
-        tally.power.reflected += event.light.untraced * channelMean(photon.power);
-        tally.power.dropped += event.light.dropped * channelMean(photon.power);
-        tally.power.absorbed_surface += channelMean(event.light.absorbed * photon.power);
-        for (int b = 0; b < event.light.count; ++b) {
-            const SpecularBranch& branch = event.light.branches[static_cast<std::size_t>(b)];
-            next.direction = branch.direction, next.power = branch.fraction * photon.power;
-            next.inside = branch.crosses ? event.beyond : photon.inside;
-            runLeg(next, at.position, field, tally);
-        }
-    }
-
-    template <class Real>
-    void runLeg(Photon photon, const glm::dvec3& origin, TrackAccumulator<Real>& field, Tally& tally) const {
-        const OpticalMedium& medium = optics_.medium(optics_.mediumOf(photon.inside));
-        Track track;
-        track.origin = origin, track.direction = photon.direction, track.power = photon.power;
-        track.extinction = medium.extinction();
-        const OpticalScene::LegEnd leg = optics_.legEnd(origin, photon.direction, photon.inside);
-
-        double inside_from = 0, inside_to = 0;
-        const bool inside = field.clip(origin, photon.direction, inside_from, inside_to);
-        DepositedTrack deposited;
-        track.begin = inside_from, track.end = std::min(inside_to, leg.deposit_end);
-        if (inside && track.begin < track.end) deposited = field.deposit(track);
-        if (deposited.touched) ++tally.deposited, tally.path += deposited.path;
-
-        const bool goes_on = leg.hit.target.kind == Target::Kind::Surface && photon.events < limits_.events &&
-                             channelMean(photon.power) >= photon.least;
-        if (goes_on) {
-            PowerLedger handed_on;
-            photon.power = countLeg(medium, photon.power, leg.hit.distance, &PowerLedger::received, handed_on);
-            tally.power.absorbed_medium += handed_on.absorbed_medium, tally.power.scattered += handed_on.scattered;
-            photon.inside = leg.inside;
-            return meet(photon, leg.hit.target.index, leg.meeting, field, tally);
-        }
-        if (!deposited.touched) {
-            tally.power.culled += channelMean(photon.power);
-            return;
-        }
-        // Where the power ends: in the box's side, on an object, or on a surface where it is given up.
-        const bool hits = leg.hit.distance <= inside_to;
-        double PowerLedger::*const end = !hits                                          ? &PowerLedger::escaped
-                                         : leg.hit.target.kind == Target::Kind::Surface ? &PowerLedger::dropped
-                                                                                        : &PowerLedger::received;
-        countLeg(medium, photon.power, hits ? leg.hit.distance : inside_to, end, tally.power);
-    }
-
-    const std::vector<SpectralSample>& spectrum_;
-    OpticalScene optics_;
-    FollowLimits limits_;
-};
 
 /// One light on one surface and its share of the paths.
 struct Job {
@@ -216,8 +99,8 @@ public:
     }
 
     template <class Real>
-    Tally run(int shift, TrackAccumulator<Real>& field) {
-        Tally tally;
+    PhotonTally run(int shift, TrackAccumulator<Real>& field) {
+        PhotonTally tally;
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
             const Job& job = jobs_[j];
@@ -266,12 +149,13 @@ bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
 
 /// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
 template <class Real>
-Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options,
-                Monitor& monitor, const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
+PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options,
+                      Monitor& monitor, const NeededVoxels& needed, FieldChannels channels,
+                      PhotonStatistics& statistics) {
     const int threads = std::min(threadCount(), options.shifts);
     std::vector<TrackAccumulator<Real>> scratch;
     for (int t = 0; t < threads; ++t) scratch.emplace_back(needed, channels);
-    std::vector<Tally> tallies(static_cast<std::size_t>(options.shifts));
+    std::vector<PhotonTally> tallies(static_cast<std::size_t>(options.shifts));
     ShiftRun shifts(jobs, tracer, options, monitor);
     for (int first = 0; first < options.shifts; first += threads) {
         const int wave = std::min(threads, options.shifts - first);
@@ -281,12 +165,12 @@ Tally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const 
         });
         statistics.fold(scratch, static_cast<std::size_t>(wave));
     }
-    Tally total;
-    for (const Tally& t : tallies) total.add(t);
+    PhotonTally total;
+    for (const PhotonTally& t : tallies) total.add(t);
     return total;
 }
 
-void fillLedgers(const Tally& total, int shifts, BakeReport& report) {
+void fillLedgers(const PhotonTally& total, int shifts, BakeReport& report) {
     report.power = total.power;
     for (const auto term : PowerLedger::kTerms) report.power.*term /= shifts;
     report.path.expected = total.path / shifts;
@@ -351,9 +235,9 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const PhotonTracer tracer(scene, needed->frame(), spectrum);
 
     PhotonStatistics statistics(needed, channels);
-    const Tally total = crowded(jobs, needed->frame())
-                            ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
-                            : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
+    const PhotonTally total = crowded(jobs, needed->frame())
+                                  ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
+                                  : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
     report.seconds.emplace_back("trace", secondsSince(start));
 
     const auto field_start = std::chrono::steady_clock::now();
