@@ -177,4 +177,12 @@ std::string withFrame(const std::string& given, int frame) {
     return (path.parent_path() / name).string();
 }
 
+std::optional<int> frameOf(const LightVolume& volume) {
+    const auto found = volume.metadata.find("frame");
+    if (found == volume.metadata.end()) return {};
+    int frame = 0;
+    if (!parseNumber(found->second, frame)) return {};
+    return frame;
+}
+
 }  // namespace photic::cli

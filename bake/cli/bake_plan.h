@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "bake/cli/verbs.h"
@@ -17,5 +18,8 @@ std::string outputPath(const BakeArguments& arguments, int frame);
 
 /// `path` with `frame` for its "####", or before its extension.
 std::string withFrame(const std::string& path, int frame);
+
+/// The frame that a volume was baked of; none where it does not say.
+std::optional<int> frameOf(const LightVolume& volume);
 
 }  // namespace photic::cli

@@ -43,13 +43,13 @@ bool sameGrid(const GridFrame& a, const GridFrame& b) {
     return apart <= kSamePlace * size;
 }
 
-int frameOf(const LightVolume& volume, const std::string& path) {
-    const auto found = volume.metadata.find("frame");
-    if (found == volume.metadata.end()) {
+int frameInSequence(const LightVolume& volume, const std::string& path) {
+    const std::optional<int> frame = frameOf(volume);
+    if (!frame) {
         throw Error(ErrorCode::Input, "has no photic:frame; a sequence is made of what photic bake --frames wrote",
                     path);
     }
-    return std::stoi(found->second);
+    return *frame;
 }
 
 /// What is left out of the volumes, and why.
@@ -140,7 +140,7 @@ Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& s
         }
         grid = volume.field.frame();
         output_of[all[i]] =
-            numbered(arguments) ? withFrame(arguments.output, frameOf(volume, all[i])) : arguments.output;
+            numbered(arguments) ? withFrame(arguments.output, frameInSequence(volume, all[i])) : arguments.output;
         if (dense && arguments.box.empty() && all.size() > 1)
             survey.box = together(survey.box, selection.plan ? litBox(selection.of(volume, terminal)) : litBox(volume));
     }

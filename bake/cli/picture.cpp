@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "bake/cli/bake_plan.h"
 #include "bake/cli/verbs.h"
 #include "bake/field/scene_grid.h"
 #include "bake/file/output_set.h"
@@ -235,10 +236,8 @@ void warnOfAnotherScene(const Shot& shot, const std::string& path, Terminal& ter
 
 Shot loadShot(const PictureArguments& arguments, const std::string& path, Terminal& terminal) {
     LightVolume volume = readVdb(path);
-    int frame = 0;
-    const auto found = volume.metadata.find("frame");
-    if (found != volume.metadata.end()) frame = std::atoi(found->second.c_str());
-    Shot shot{loadScene(arguments.scene, frame, terminal), std::move(volume), fs::path(path).stem().string()};
+    Shot shot{loadScene(arguments.scene, frameOf(volume).value_or(0), terminal), std::move(volume),
+              fs::path(path).stem().string()};
     warnOfAnotherScene(shot, path, terminal);
     return shot;
 }

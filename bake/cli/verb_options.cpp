@@ -258,6 +258,23 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 
+void bindSample(CLI::App& app, SampleArguments& a) {
+    value(app.add_option("VOLUME", a.volumes,
+                         "Light volume (.vdb); several are frames, and #### in a name is the frame of --frames"),
+          "FILE")
+        ->required();
+    value(app.add_option("POINTS", a.points,
+                         "Table of points, or - for stdin: x,y,z [m] or x,y,z,nx,ny,nz a line; a first row may name "
+                         "the columns"),
+          "FILE");
+    value(app.add_option("-o,--output", a.output, "Table to write (default: -, which is stdout)"), "FILE");
+    value(app.add_option_function<std::string>(
+              "--frames", [&a](const std::string& text) { a.frames = parseFrames(text); },
+              "Frames that #### in a volume's name stands for, for instance 1-48"),
+          "A-B");
+    app.add_flag("--json", a.json, "Write JSON instead of a table");
+}
+
 void bindScene(CLI::App& app, SceneArguments& a) {
     value(app.add_option("FILE", a.gltf, "glTF with lights and materials (.glb, .gltf)"), "FILE")->required();
     value(app.add_option("-o,--output", a.output, "Scene file to write (.toml)"), "FILE")->required();

@@ -36,6 +36,7 @@ void bindInspect(CLI::App& app, InspectArguments& arguments);
 void bindCompare(CLI::App& app, CompareArguments& arguments);
 void bindPicture(CLI::App& app, PictureArguments& arguments);
 void bindExport(CLI::App& app, ExportArguments& arguments);
+void bindSample(CLI::App& app, SampleArguments& arguments);
 void bindScene(CLI::App& app, SceneArguments& arguments);
 void bindPost(CLI::App& app, PostArguments& arguments);
 void bindMethods(CLI::App& app, MethodsArguments& arguments);

@@ -90,6 +90,14 @@ struct ExportArguments {
     bool json = false;
 };
 
+struct SampleArguments {
+    std::vector<std::string> volumes;  ///< with the points last, where they stand behind several volumes
+    std::string points;
+    std::string output;                ///< empty or "-": stdout
+    std::optional<FrameRange> frames;  ///< of names with ####
+    bool json = false;
+};
+
 struct SceneArguments {
     std::string gltf, output;
 };
@@ -113,6 +121,7 @@ int run(const InspectArguments& arguments, Terminal& terminal);
 int run(const CompareArguments& arguments, Terminal& terminal);
 int run(const PictureArguments& arguments, Terminal& terminal);
 int run(const ExportArguments& arguments, Terminal& terminal);
+int run(const SampleArguments& arguments, Terminal& terminal);
 int run(const MethodsArguments& arguments, Terminal& terminal);
 int run(const PostArguments& arguments, Terminal& terminal);
 /// Becomes photic-view; returns only by throwing.

@@ -46,22 +46,34 @@ LookedUpLight VolumeLookup::sampleOf(const std::array<double, 6>& sums) const {
     return sample;
 }
 
-LookedUpLight VolumeLookup::at(const glm::dvec3& position_world) const {
+template <class Body>
+void VolumeLookup::forEachCorner(const glm::dvec3& position_world, const Body& body) const {
     const glm::dvec3 index = index_from_world_ * (position_world - origin_world_);
     const glm::dvec3 low = glm::floor(index);
     // Also keeps NaN and far away points from overflowing the integers.
-    if (!(glm::all(glm::greaterThan(low, glm::dvec3(-1e9))) && glm::all(glm::lessThan(low, glm::dvec3(1e9)))))
-        return {};
+    if (!(glm::all(glm::greaterThan(low, glm::dvec3(-1e9))) && glm::all(glm::lessThan(low, glm::dvec3(1e9))))) return;
     const glm::dvec3 high_weight = index - low;
     const glm::ivec3 base(low);
-    std::array<double, 6> sums{};
     for (int corner = 0; corner < 8; ++corner) {
         const glm::ivec3 step(corner >> 2 & 1, corner >> 1 & 1, corner & 1);
         const glm::dvec3 w = glm::mix(1.0 - high_weight, high_weight, glm::dvec3(step));
         const double weight = w.x * w.y * w.z;
-        if (weight > 0) add(base + step, weight, sums);
+        if (weight > 0) body(base + step, weight);
     }
+}
+
+LookedUpLight VolumeLookup::at(const glm::dvec3& position_world) const {
+    std::array<double, 6> sums{};
+    forEachCorner(position_world, [&](const glm::ivec3& voxel, double weight) { add(voxel, weight, sums); });
     return sampleOf(sums);
+}
+
+double VolumeLookup::covered(const glm::dvec3& position_world) const {
+    double sum = 0;
+    forEachCorner(position_world, [&](const glm::ivec3& voxel, double weight) {
+        if (field_.needed().contains(voxel)) sum += weight;
+    });
+    return sum;
 }
 
 LookedUpLight VolumeLookup::voxel(const glm::ivec3& voxel) const {

@@ -29,12 +29,18 @@ public:
     /// @param normal  unit, world
     glm::dvec3 receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const;
 
+    /// How much of a look-up at a point is of voxels that are there: 1 well inside, 0 where all eight are dark.
+    double covered(const glm::dvec3& position_world) const;
+
     /// One voxel, unfiltered.
     LookedUpLight voxel(const glm::ivec3& voxel) const;
 
     bool coloured() const { return channels_.irradiance == 3; }
 
 private:
+    /// Calls body(voxel, weight) for those of the eight voxels around a point that count.
+    template <class Body>
+    void forEachCorner(const glm::dvec3& position_world, const Body& body) const;
     void add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const;
     LookedUpLight sampleOf(const std::array<double, 6>& sums) const;
 

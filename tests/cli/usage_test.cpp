@@ -66,7 +66,7 @@ TEST(Usage, HelpAndVersionGoToStdout) {
     EXPECT_TRUE(version.out.starts_with("photic 0.")) << version.out;
     const Outcome help = photic(place, {"--help"});
     EXPECT_EQ(help.code, 0);
-    for (const char* verb : {"bake", "scene", "inspect", "compare", "picture", "export", "methods"})
+    for (const char* verb : {"bake", "scene", "inspect", "compare", "picture", "export", "sample", "methods"})
         EXPECT_NE(help.out.find(verb), std::string::npos);
     // The catalogue's rows are in the help.
     const Outcome bake = photic(place, {"bake", "--help"});
