@@ -187,6 +187,7 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
 
     DepositedTrack out;
     double t = begin, path = 0;
+    std::uint32_t counted = track.continues ? 0 : 1;
     glm::ivec3 leaf_origin = voxel & ~7;
     int offset = NeededVoxels::offsetInLeaf(voxel);
     while (true) {
@@ -215,7 +216,7 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
                         leaf = leafAt(slot), counts = reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride);
                     Real* sum = leaf + offset * kStride;
                     out.touched = true;
-                    ++counts[offset];
+                    counts[offset] += counted;
                     if constexpr (Channels == 1) {
                         addScaled<kStride>(static_cast<Real>(factor[0]), weight, sum);
                         path += factor[0];
@@ -232,6 +233,7 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
                     }
                 }
             }
+            counted = 1;
             if (to >= end) {
                 out.path = Channels == 1 ? path * mean_power : path;
                 return out;

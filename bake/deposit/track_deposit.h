@@ -20,6 +20,8 @@ struct Track {
     glm::dvec3 power{0};        ///< at `origin`, per channel [W]; white light uses the first
     glm::dvec3 extinction{0};   ///< of the medium, per channel [1/m]; from `origin` on
     double begin = 0, end = 0;  ///< of the deposit, along the track [m]
+    /// A piece of a bent path, which goes on from the one before: the path was counted in its first voxel.
+    bool continues = false;
 };
 
 /// What a track left in the grid.

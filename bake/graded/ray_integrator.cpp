@@ -19,12 +19,13 @@ GradedRay along(const GradedRay& ray, double step, const GradedRay& slope) {
 }
 
 /// Drift, kick, drift.
-void leapfrog(const GradedIndex& index, double step, GradedRay& ray) {
+IndexSample leapfrog(const GradedIndex& index, double step, GradedRay& ray) {
     ray.position += 0.5 * step * ray.momentum;
     const IndexSample here = index.at(ray.position);
     ray.momentum += step * here.gradient;
     ray.optical_path += step * 2 * here.half_square;
     ray.position += 0.5 * step * ray.momentum;
+    return here;
 }
 
 }  // namespace
@@ -60,9 +61,10 @@ void stepRungeKutta(const GradedIndex& index, double step, GradedRay& ray) {
         ray = along(ray, step * weight / 6, *slope);
 }
 
-void stepYoshida(const GradedIndex& index, double step, GradedRay& ray) {
-    const double root = std::cbrt(2.0), outer = 1 / (2 - root), inner = -root / (2 - root);
-    for (const double part : {outer, inner, outer}) leapfrog(index, part * step, ray);
+IndexSample stepYoshida(const GradedIndex& index, double step, GradedRay& ray) {
+    static const double root = std::cbrt(2.0), outer = 1 / (2 - root), inner = -root / (2 - root);
+    leapfrog(index, outer * step, ray), leapfrog(index, inner * step, ray);
+    return leapfrog(index, outer * step, ray);
 }
 
 void stepEqualTime(const GradedIndex& index, double time, GradedRay& ray) {

@@ -28,7 +28,8 @@ void stepRungeKutta(const GradedIndex& index, double step, GradedRay& ray);
 
 /// Three leapfrogs whose errors of second order cancel [Yoshida 1990]: fourth order, and symplectic: |p| - n does not
 /// drift however far the ray goes.
-void stepYoshida(const GradedIndex& index, double step, GradedRay& ray);
+/// @return the index at its last look, a little before the end of the step
+IndexSample stepYoshida(const GradedIndex& index, double step, GradedRay& ray);
 
 /// Euler's step over `time` [m of optical path], as [Ihrke et al. 2007, eqs. 14 and 15]: first order.
 void stepEqualTime(const GradedIndex& index, double time, GradedRay& ray);

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "bake/report/error.h"
+#include "bake/scene/vector_clones.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -27,13 +29,15 @@ void prefilterLine(std::vector<double>& line, std::vector<double>& pivots) {
     for (std::size_t i = last; i-- > 1;) line[i] -= pivots[i] * line[i + 1];
 }
 
-}  // namespace
-
-CubicWeights cubicBSpline(double t) {
+inline CubicWeights weightsAt(double t) {
     const double u = 1 - t, t2 = t * t, u2 = u * u;
     return {{u2 * u / 6, (4 - 6 * t2 + 3 * t2 * t) / 6, (4 - 6 * u2 + 3 * u2 * u) / 6, t2 * t / 6},
             {-u2 / 2, (3 * t - 4) * t / 2, (4 - 3 * u) * u / 2, t2 / 2}};
 }
+
+}  // namespace
+
+CubicWeights cubicBSpline(double t) { return weightsAt(t); }
 
 SplineIndex::SplineIndex(const Nodes& nodes, const std::function<double(const glm::dvec3&)>& half_square, SplineFit fit)
     : nodes_(nodes), fit_(fit) {
@@ -124,6 +128,7 @@ double SplineIndex::steepest(int axis, int first, int last) const {
     return double(*std::max_element(most.begin(), most.end()));
 }
 
+PHOTIC_VECTOR_CLONES
 IndexSample SplineIndex::at(const glm::dvec3& world) const {
     const glm::dvec3 p = (world - nodes_.first_world) / nodes_.spacing;
     int cell[3] = {0, 0, 0};
@@ -133,20 +138,26 @@ IndexSample SplineIndex::at(const glm::dvec3& world) const {
         const double inside = std::clamp(p[a], 1.0, nodes_.count[a] - 2.0);
         beyond[a] = inside != p[a];
         cell[a] = std::min(static_cast<int>(inside), nodes_.count[a] - 3);
-        w[a] = cubicBSpline(inside - cell[a]);
+        w[a] = weightsAt(inside - cell[a]);
     }
-    IndexSample out{0, glm::dvec3(0)};
+    // Rows along x side by side: the planes are summed first, with values and slopes across them.
+    typedef double Four __attribute__((vector_size(4 * sizeof(double))));
+    typedef float FourFloats __attribute__((vector_size(4 * sizeof(float))));
+    Four value{}, slope_y{}, slope_z{};
     for (int k = 0; k < 4; ++k)
         for (int j = 0; j < 4; ++j) {
-            const float* row = &coefficients_[flat(cell[0] - 1, cell[1] - 1 + j, cell[2] - 1 + k)];
-            double value = 0, slope = 0;
-            for (int i = 0; i < 4; ++i)
-                value += w[0].value[i] * double(row[i]), slope += w[0].slope[i] * double(row[i]);
-            out.half_square += w[2].value[k] * w[1].value[j] * value;
-            out.gradient.x += w[2].value[k] * w[1].value[j] * slope;
-            out.gradient.y += w[2].value[k] * w[1].slope[j] * value;
-            out.gradient.z += w[2].slope[k] * w[1].value[j] * value;
+            FourFloats row;
+            std::memcpy(&row, &coefficients_[flat(cell[0] - 1, cell[1] - 1 + j, cell[2] - 1 + k)], sizeof(row));
+            const Four c = __builtin_convertvector(row, Four);
+            value += w[2].value[k] * w[1].value[j] * c;
+            slope_y += w[2].value[k] * w[1].slope[j] * c;
+            slope_z += w[2].slope[k] * w[1].value[j] * c;
         }
+    IndexSample out{0, glm::dvec3(0)};
+    for (int i = 0; i < 4; ++i) {
+        out.half_square += w[0].value[i] * value[i], out.gradient.x += w[0].slope[i] * value[i];
+        out.gradient.y += w[0].value[i] * slope_y[i], out.gradient.z += w[0].value[i] * slope_z[i];
+    }
     out.gradient /= nodes_.spacing;
     for (int a = 0; a < 3; ++a)
         if (beyond[a]) out.gradient[a] = 0;

@@ -60,6 +60,18 @@ private:
     double least_ = 0, largest_ = 0, steepest_ = 0;
 };
 
+/// A spline as an index by itself, that fills the world. The spline must outlive it.
+class SplineGradedIndex final : public GradedIndex {
+public:
+    explicit SplineGradedIndex(const SplineIndex& spline) : spline_(spline) {}
+    IndexSample at(const glm::dvec3& world) const override { return spline_.at(world); }
+    bool contains(const glm::dvec3&) const override { return true; }
+    std::optional<WorldBox> bounds() const override { return {}; }
+
+private:
+    const SplineIndex& spline_;
+};
+
 /// Values and slopes of the four B-splines that reach the place t, 0..1, between the second and the third node.
 struct CubicWeights {
     double value[4], slope[4];

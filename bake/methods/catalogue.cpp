@@ -20,7 +20,7 @@ namespace photic {
 std::span<const Method> methodCatalogue() {
     // In the order in which `auto` tries them.
     static const std::vector<Method> rows{
-        beamsMethod(), photonsMethod(), eikonalMethod(), waveMethod(), wavefrontMethod(),
+        beamsMethod(), wavefrontMethod(), photonsMethod(), eikonalMethod(), waveMethod(),
     };
     return rows;
 }

@@ -22,6 +22,8 @@ constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ull;
 
 double fraction(std::uint64_t fixed_point) { return static_cast<double>(fixed_point >> 11) * 0x1p-53; }
 
+double angularRadius(const Light& light) { return 0.5 * light.angular_diameter_deg * std::numbers::pi / 180; }
+
 /// Square to disc, keeping areas and neighbourhoods (Shirley and Chiu 1997).
 void concentricDisc(double a, double b, double& x, double& y) {
     const double u = 2 * a - 1, v = 2 * b - 1;
@@ -57,14 +59,17 @@ std::array<double, 4> PhotonPoints::at(std::uint64_t index) const {
     return x;
 }
 
+PhotonLight::PhotonLight(const Light& light)
+    : light_(&light),
+      centre_(lightSamples(light, 1).front()),
+      cap_height_(light.type == LightType::Sun ? 2 * std::pow(std::sin(0.5 * angularRadius(light)), 2) : 0) {}
+
 PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, const GridFrame& frame)
     : scene_(&scene),
       surface_index_(surface),
       surface_(&scene.surfaces[static_cast<std::size_t>(surface)]),
-      light_(&light),
-      centre_(lightSamples(light, 1).front()) {
-    const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
-    cap_height_ = light.type == LightType::Sun ? 2 * std::pow(std::sin(0.5 * radius), 2) : 0;
+      light_(light) {
+    const double radius = angularRadius(light);
     if (surface_->height_field) domain_ = launchDomain(scene, *surface_, light, frame);
     if (surface_->mesh && !surface_->sphere) {
         // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
@@ -88,15 +93,15 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
         estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / kTries;
 }
 
-LightSample PhotonLaunch::sampleOf(double a, double b) const {
+LightSample PhotonLight::sample(double a, double b) const {
     if (light_->type == LightType::Rectangle) {
         const glm::dvec3 up = glm::cross(light_->direction, light_->tangent);
         return {light_->direction,
                 *light_->position + (a - 0.5) * light_->size.x * light_->tangent + (b - 0.5) * light_->size.y * up,
                 light_->power / std::numbers::pi, light_};
     }
+    if (cap_height_ <= 0) return centre_;
     LightSample sample = centre_;
-    if (cap_height_ <= 0) return sample;
     double x, y;
     concentricDisc(a, b, x, y);
     // Uniform over the solid angle: 1 - cos is proportional to the square of the disc's radius.
@@ -111,7 +116,7 @@ PhotonStart PhotonLaunch::start(const std::array<double, 4>& x) const {
     PhotonStart out;
     glm::dvec3 area(0);
     if (!place(x[0], x[1], out, area)) return out;
-    const Emission emission(*scene_, surface_index_, sampleOf(x[2], x[3]));
+    const Emission emission(*scene_, surface_index_, light_.sample(x[2], x[3]));
     out.direction = emission.directionAt(out.position), out.source = emission.sample().source;
     const double facing = -glm::dot(out.direction, area);
     out.power = emission.irradianceAt(out.position) * (surface_->mesh ? std::fabs(facing) : std::max(0.0, facing));

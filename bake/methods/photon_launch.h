@@ -40,6 +40,22 @@ struct PhotonStart {
                           ///< the surface. 0 when the surface turns away from the light
 };
 
+/// A light as photons leave it: each from its own direction of the sun's disc, or its own place of a rectangle.
+class PhotonLight {
+public:
+    explicit PhotonLight(const Light& light);
+    const Light& light() const { return *light_; }
+    /// Of the sample points that a photon takes: 2 for a point, 4 with a disc or a rectangle.
+    int dimensions() const { return cap_height_ > 0 || light_->type == LightType::Rectangle ? 4 : 2; }
+    /// @param a, b  in [0, 1)
+    LightSample sample(double a, double b) const;
+
+private:
+    const Light* light_;
+    LightSample centre_;     // of the disc
+    double cap_height_ = 0;  // 1 - cos of the disc's angular radius
+};
+
 /// One light on one surface: where photons start.
 class PhotonLaunch {
 public:
@@ -47,20 +63,19 @@ public:
     PhotonLaunch(const Scene& scene, int surface, const Light& light, const GridFrame& frame);
 
     int surface() const { return surface_index_; }
-    const Light& light() const { return *light_; }
+    const Light& light() const { return light_.light(); }
     /// No light can reach the grid.
     bool empty() const { return !(estimated_power_ > 0); }
     /// About the power that is launched, mean of the channels [W]: for sharing out paths.
     double estimatedPower() const { return estimated_power_; }
     /// False when the launched rectangle had to be cut off (LaunchDomain::complete).
     bool complete() const { return domain_.complete; }
-    /// Of the sample points: 2 for a point, 4 for a sun with its disc or a rectangle.
-    int dimensions() const { return cap_height_ > 0 || light_->type == LightType::Rectangle ? 4 : 2; }
+    /// Of the sample points.
+    int dimensions() const { return light_.dimensions(); }
 
     PhotonStart start(const std::array<double, 4>& x) const;
 
 private:
-    LightSample sampleOf(double a, double b) const;
     /// Where a sample lands on the surface, and the oriented area that it stands for [m2]; false where there is none.
     bool place(double u, double v, PhotonStart& out, glm::dvec3& area) const;
     bool placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const;
@@ -68,11 +83,9 @@ private:
     const Scene* scene_;
     int surface_index_;
     const Surface* surface_;
-    const Light* light_;
-    LightSample centre_;  // of the disc
+    PhotonLight light_;
     LaunchDomain domain_;
     double estimated_power_ = 0;
-    double cap_height_ = 0;           // 1 - cos of the disc's angular radius
     std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
     std::vector<double> share_;       // [m2], before normalisation
     double total_share_ = 0;

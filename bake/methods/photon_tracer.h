@@ -7,23 +7,12 @@
 
 #include "bake/deposit/track_deposit.h"
 #include "bake/methods/photon_launch.h"
+#include "bake/methods/photon_paths.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/report/bake_report.h"
 #include "bake/tubes/histories.h"
 
 namespace photic {
-
-/// What one repetition adds up beside the field. Powers are those of the repetition's own estimate.
-struct PhotonTally {
-    PowerLedger power;
-    double path = 0;
-    std::int64_t rays = 0, deposited = 0, turned_away = 0;
-
-    void add(const PhotonTally& t) {
-        for (const auto term : PowerLedger::kTerms) power.*term += t.power.*term;
-        path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
-    }
-};
 
 /// Follows photons from their surface to their end, by the steps of the one tracer. Shared by all threads.
 ///

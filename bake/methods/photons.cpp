@@ -9,8 +9,10 @@
 #include <mutex>
 
 #include "bake/deposit/track_deposit.h"
+#include "bake/methods/graded_photons.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/photon_launch.h"
+#include "bake/methods/photon_paths.h"
 #include "bake/methods/photon_statistics.h"
 #include "bake/methods/photon_tracer.h"
 #include "bake/paths/optical_scene.h"
@@ -28,16 +30,54 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// One light on one surface and its share of the paths.
+/// The paths of one light by one surface.
+class SurfacePaths final : public PhotonPaths {
+public:
+    SurfacePaths(PhotonLaunch launch, const PhotonTracer& tracer) : launch_(std::move(launch)), tracer_(tracer) {}
+    int dimensions() const override { return launch_.dimensions(); }
+    double estimatedPower() const override { return launch_.estimatedPower(); }
+    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<float>& field,
+                PhotonTally& tally) const override {
+        followFrom(x, share, field, tally);
+    }
+    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<double>& field,
+                PhotonTally& tally) const override {
+        followFrom(x, share, field, tally);
+    }
+
+private:
+    template <class Real>
+    void followFrom(const std::array<double, 4>& x, double share, TrackAccumulator<Real>& field,
+                    PhotonTally& tally) const {
+        const PhotonStart start = launch_.start(x);
+        if (channelMean(start.power) > 0)
+            tracer_.follow(launch_.surface(), start, start.power * share, field, tally);
+        else
+            ++tally.turned_away;
+    }
+    PhotonLaunch launch_;
+    const PhotonTracer& tracer_;
+};
+
+/// Paths and how many of them a repetition follows.
 struct Job {
-    PhotonLaunch launch;
+    std::unique_ptr<const PhotonPaths> paths;
     std::uint64_t paths_a_shift = 0;
 };
 
-std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const PhotonOptions& options, BakeReport& report,
-                          Monitor& monitor) {
-    std::vector<Job> jobs;
+void shareOut(const PhotonOptions& options, std::vector<Job>& jobs) {
     double total = 0;
+    for (const Job& job : jobs) total += job.paths->estimatedPower();
+    for (Job& job : jobs) {
+        const double share = job.paths->estimatedPower() / total;
+        job.paths_a_shift = static_cast<std::uint64_t>(
+            std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
+    }
+}
+
+std::vector<Job> surfaceJobs(const Scene& scene, const GridFrame& frame, const PhotonTracer& tracer, BakeReport& report,
+                             Monitor& monitor) {
+    std::vector<Job> jobs;
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i)
         for (const Light& light : scene.lights) {
             const Surface& surface = scene.surfaces[i];
@@ -52,14 +92,8 @@ std::vector<Job> makeJobs(const Scene& scene, const GridFrame& frame, const Phot
                     "light '{}' leaves surface '{}' almost horizontally: some of it starts too far away to be "
                     "launched",
                     light.name, surface.name));
-            total += launch.estimatedPower();
-            jobs.push_back({std::move(launch)});
+            jobs.push_back({std::make_unique<SurfacePaths>(std::move(launch), tracer)});
         }
-    for (Job& job : jobs) {
-        const double share = job.launch.estimatedPower() / total;
-        job.paths_a_shift = static_cast<std::uint64_t>(
-            std::max(1.0, std::round(share * static_cast<double>(options.count) / options.shifts)));
-    }
     return jobs;
 }
 
@@ -90,8 +124,8 @@ void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t 
 /// All paths of one repetition.
 class ShiftRun {
 public:
-    ShiftRun(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options, Monitor& monitor)
-        : jobs_(jobs), tracer_(tracer), options_(options), monitor_(monitor) {
+    ShiftRun(const std::vector<Job>& jobs, const PhotonOptions& options, Monitor& monitor)
+        : jobs_(jobs), options_(options), monitor_(monitor) {
         for (const Job& job : jobs) {
             const auto blocks_a_shift = (job.paths_a_shift + kBlock - 1) / kBlock;
             blocks_ += static_cast<double>(blocks_a_shift) * options.shifts;
@@ -104,7 +138,7 @@ public:
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
             const Job& job = jobs_[j];
-            const PhotonPoints points(options_.sampling, job.launch.dimensions(),
+            const PhotonPoints points(options_.sampling, job.paths->dimensions(),
                                       static_cast<std::uint64_t>(options_.seed),
                                       static_cast<std::uint64_t>(shift) * jobs_.size() + j);
             for (std::uint64_t first = 0; first < job.paths_a_shift; first += kBlock) {
@@ -113,13 +147,8 @@ public:
                 for (std::uint32_t n = 0; n < count; ++n) {
                     // A block may take seconds.
                     if (n % kPathsBetweenLooks == 0) monitor_.checkCancelled();
-                    const std::uint32_t i = order[n];
-                    const PhotonStart start = job.launch.start(points.at(first + i));
-                    if (channelMean(start.power) > 0)
-                        tracer_.follow(job.launch.surface(), start,
-                                       start.power / static_cast<double>(job.paths_a_shift), field, tally);
-                    else
-                        ++tally.turned_away;
+                    job.paths->follow(points.at(first + order[n]), 1 / static_cast<double>(job.paths_a_shift), field,
+                                      tally);
                 }
                 tally.rays += count;
                 const std::lock_guard lock(mutex_);
@@ -131,7 +160,6 @@ public:
 
 private:
     const std::vector<Job>& jobs_;
-    const PhotonTracer& tracer_;
     const PhotonOptions& options_;
     Monitor& monitor_;
     double blocks_ = 0, blocks_done_ = 0;
@@ -149,14 +177,13 @@ bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
 
 /// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
 template <class Real>
-PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonTracer& tracer, const PhotonOptions& options,
-                      Monitor& monitor, const NeededVoxels& needed, FieldChannels channels,
-                      PhotonStatistics& statistics) {
+PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonOptions& options, Monitor& monitor,
+                      const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
     const int threads = std::min(threadCount(), options.shifts);
     std::vector<TrackAccumulator<Real>> scratch;
     for (int t = 0; t < threads; ++t) scratch.emplace_back(needed, channels);
     std::vector<PhotonTally> tallies(static_cast<std::size_t>(options.shifts));
-    ShiftRun shifts(jobs, tracer, options, monitor);
+    ShiftRun shifts(jobs, options, monitor);
     for (int first = 0; first < options.shifts; first += threads) {
         const int wave = std::min(threads, options.shifts - first);
         parallelFor(wave, [&](std::int64_t i) {
@@ -192,10 +219,26 @@ std::span<const OptionBinding<PhotonOptions>> photonOptions() {
     return bindings;
 }
 
+bool isGraded(const Scene& scene) { return scene.index && !scene.index->objects().empty(); }
+
 std::string photonRefusal(const Scene& scene) {
+    if (isGraded(scene)) return gradedSpaceRefusal(scene);
     if (scene.bake.paths == Paths::All)
         return "paths = \"all\" is not built yet; use \"caustic\" and let the renderer add direct light";
     return specularRefusal(scene);
+}
+
+/// What media whose index varies add to a report.
+void reportGraded(const GradedPhotons& graded, Monitor& monitor, BakeResult& out) {
+    const PowerLedger& power = out.report.power;
+    if (const std::string faces = graded.medium().faces(); !faces.empty()) out.report.skipped.push_back(faces);
+    out.metadata["spline"] = graded.medium().splineName();
+    out.report.field_bytes += graded.bytes();
+    if (power.dropped > 1e-3 * power.emitted)
+        monitor.warn(
+            fmt::format("{:.2g} of the light goes round in a medium until it is given up, and is counted as "
+                        "dropped",
+                        power.dropped / power.emitted));
 }
 
 MethodCost photonCost(const CostQuestion& question) {
@@ -210,6 +253,18 @@ MethodCost photonCost(const CostQuestion& question) {
     MethodCost cost;
     cost.stages = {{"trace", trace}, {"field", question.needed_voxels * kSecondsAVoxel}};
     cost.bytes = question.needed_voxels * ((channels + 1) * 8 + threads * (channels * 8 + 4));
+    if (isGraded(question.scene)) {
+        // Seconds of a voxel's index, and of a voxel that a photon is bent in.
+        constexpr double kSecondsANode = 3e-7, kSecondsAVoxelOfWay = 5e-7;
+        const GradedMedia media(question.scene);
+        const FrontSpace space = frontSpace(mediaBox(media, question.frame), question.frame);
+        const glm::dvec3 size(space.high - space.low + 1);
+        const double nodes = size.x * size.y * size.z, passes = media.disperses() ? 3 : 1;
+        cost.stages = {{"index", passes * nodes * kSecondsANode},
+                       {"trace", static_cast<double>(options.count) * passes * std::cbrt(nodes) * kSecondsAVoxelOfWay},
+                       {"field", question.needed_voxels * kSecondsAVoxel}};
+        cost.bytes += passes * nodes * (media.attenuate() ? 5 : 4);
+    }
     if (options.count > PhotonOptions{}.count)
         cost.dearest =
             fmt::format("most of the time goes into {} paths: a lower count is quicker in proportion", options.count);
@@ -230,14 +285,23 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     BakeReport report;
     const auto start = std::chrono::steady_clock::now();
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
-    const std::vector<Job> jobs = makeJobs(scene, needed->frame(), options, report, monitor);
     const std::vector<SpectralSample> spectrum = spectralSamples(options.wavelengths);
-    const PhotonTracer tracer(scene, needed->frame(), spectrum);
+    std::optional<PhotonTracer> tracer;
+    std::optional<GradedPhotons> graded;
+    std::vector<Job> jobs;
+    if (isGraded(scene)) {
+        graded.emplace(scene, needed->frame(), monitor);
+        for (const Light& light : scene.lights) jobs.push_back({graded->pathsOf(light)});
+    } else {
+        tracer.emplace(scene, needed->frame(), spectrum);
+        jobs = surfaceJobs(scene, needed->frame(), *tracer, report, monitor);
+    }
+    shareOut(options, jobs);
 
     PhotonStatistics statistics(needed, channels);
     const PhotonTally total = crowded(jobs, needed->frame())
-                                  ? runShifts<double>(jobs, tracer, options, monitor, *needed, channels, statistics)
-                                  : runShifts<float>(jobs, tracer, options, monitor, *needed, channels, statistics);
+                                  ? runShifts<double>(jobs, options, monitor, *needed, channels, statistics)
+                                  : runShifts<float>(jobs, options, monitor, *needed, channels, statistics);
     report.seconds.emplace_back("trace", secondsSince(start));
 
     const auto field_start = std::chrono::steady_clock::now();
@@ -252,8 +316,15 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
             "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
             100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
     report.seconds.emplace_back("field", secondsSince(field_start));
-    return {std::move(result.field), std::move(report), std::move(result.standard_error), std::move(result.path_count),
-            std::nullopt};
+    BakeResult out{std::move(result.field),
+                   std::move(report),
+                   std::move(result.standard_error),
+                   std::move(result.path_count),
+                   {},
+                   {},
+                   {}};
+    if (graded) reportGraded(*graded, monitor, out);
+    return out;
 }
 
 Method photonsMethod() {

@@ -5,18 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <numeric>
 
+#include "bake/methods/graded_space.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/wavefront_launch.h"
 #include "bake/paths/emission.h"
 #include "bake/report/error.h"
-#include "bake/scene/graded_index.h"
-#include "bake/scene/index_volume.h"
-#include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
@@ -42,125 +36,8 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
     return bindings;
 }
 
-/// The media of a scene as one channel's fronts see them.
-struct Media {
-    explicit Media(const Scene& scene) : objects(scene.index->objects()) {}
-    const std::vector<GradedObject>& objects;
-
-    bool disperses() const {
-        return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.index.size() > 1; });
-    }
-    const GradedIndex& indexOf(const GradedObject& object, int channel) const {
-        return *object.index[object.index.size() > 1 ? static_cast<std::size_t>(channel) : 0];
-    }
-    /// Which object is at a place, the first of several; -1: none.
-    int at(const glm::dvec3& world, int channel) const {
-        for (std::size_t i = 0; i < objects.size(); ++i)
-            if (indexOf(objects[i], channel).contains(world)) return static_cast<int>(i);
-        return -1;
-    }
-    double halfSquare(const glm::dvec3& world, int channel) const {
-        const int object = at(world, channel);
-        return object < 0 ? 0.5 : indexOf(objects[static_cast<std::size_t>(object)], channel).at(world).half_square;
-    }
-    /// Mean over a voxel that a medium's rim goes through: samples of a kink at its rim scatter, and made 3.5 % of
-    /// noise in the light of a Luneburg lens at any resolution, where means leave 0.1 %. Elsewhere the middle serves.
-    double halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3& voxel, int channel) const {
-        const int object = at(middle, channel);
-        bool alike = true;
-        for (int corner = 0; corner < 8 && alike; ++corner) {
-            const glm::dvec3 way(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
-            alike = at(middle + way * voxel, channel) == object;
-        }
-        if (alike) return halfSquare(middle, channel);
-        constexpr int kPoints = 4;
-        double sum = 0;
-        for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
-            const glm::dvec3 part(i % kPoints, i / kPoints % kPoints, i / (kPoints * kPoints));
-            sum += halfSquare(middle + ((part + 0.5) / double(kPoints) - 0.5) * voxel, channel);
-        }
-        return sum / (kPoints * kPoints * kPoints);
-    }
-    bool fillTheWorld() const {
-        return std::any_of(objects.begin(), objects.end(), [](const auto& object) {
-            return std::any_of(object.index.begin(), object.index.end(), [](const auto& i) { return !i->bounds(); });
-        });
-    }
-    bool attenuate() const {
-        return std::any_of(objects.begin(), objects.end(),
-                           [](const auto& o) { return o.extinction() != glm::dvec3(0); });
-    }
-};
-
-/// What holds all media, two voxels around them that a spline may blur them over, and the whole grid where one fills
-/// the world.
-FrontBox boxOf(const Media& media, const GridFrame& frame) {
-    FrontBox box;
-    for (const GradedObject& object : media.objects)
-        for (const auto& index : object.index) {
-            const auto bounds = index->bounds();
-            if (bounds)
-                box.add(frame.indexFromWorld(bounds->min) - 2.0), box.add(frame.indexFromWorld(bounds->max) + 2.0);
-            else
-                box.add(glm::dvec3(frame.min) - 0.5), box.add(glm::dvec3(frame.max) + 0.5);
-        }
-    return box;
-}
-
-/// The layers that fronts cross: the target's and the grid's.
-FrontSpace frontSpace(const FrontBox& target, const GridFrame& frame) {
-    FrontSpace space;
-    // A voxel reaches half a step around its centre; what ends on its side does not need the next one.
-    constexpr double kTouches = 1e-6;
-    space.low = glm::min(frame.min, glm::ivec3(glm::floor(target.min + 0.5 + kTouches)));
-    space.high = glm::max(frame.max, glm::ivec3(glm::ceil(target.max - 0.5 - kTouches)));
-    return space;
-}
-
-void layMedia(const Media& media, const GridFrame& frame, int channel, FrontSpace& space) {
-    space.media.clear();
-    if (!media.attenuate()) return;
-    const glm::ivec3 count = space.index->nodes().count;
-    space.media.resize(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
-                       static_cast<std::size_t>(count.z));
-    parallelFor(count.z, [&](std::int64_t z) {
-        for (int y = 0; y < count.y; ++y)
-            for (int x = 0; x < count.x; ++x) {
-                const glm::ivec3 voxel = space.first_node + glm::ivec3(x, y, static_cast<int>(z));
-                const int object = media.at(frame.worldFromIndex(glm::dvec3(voxel)), channel);
-                space.media[(static_cast<std::size_t>(z) * static_cast<std::size_t>(count.y) +
-                             static_cast<std::size_t>(y)) *
-                                static_cast<std::size_t>(count.x) +
-                            static_cast<std::size_t>(x)] = static_cast<std::uint8_t>(object + 1);
-            }
-    });
-    glm::dvec3 absorbed(0), attenuated(0);
-    for (std::size_t i = 0; i < media.objects.size(); ++i) {
-        const glm::dvec3 extinction = media.objects[i].extinction();
-        for (int k = 0; k < 3; ++k) space.table.extinction[i + 1][k] = static_cast<float>(extinction[k]);
-        absorbed += media.objects[i].absorption, attenuated += extinction;
-    }
-    for (int k = 0; k < 3; ++k) space.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
-}
-
 /// Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
 constexpr double kGentleContrast = 0.15;
-
-/// Range of n^2 over some places, for an estimate.
-double contrastOf(const Media& media, const GridFrame& frame) {
-    double least = 1e300, most = 0;
-    const auto look = [&](const glm::dvec3& world) {
-        const double square = 2 * media.halfSquare(world, 0);
-        least = std::min(least, square), most = std::max(most, square);
-    };
-    for (int i = 0; i < 27; ++i) {
-        const glm::dvec3 share = glm::dvec3(i % 3, i / 3 % 3, i / 9) * 0.5;
-        look(frame.worldFromIndex(glm::mix(glm::dvec3(frame.min), glm::dvec3(frame.max), share)));
-    }
-    for (const GradedObject& object : media.objects)
-        if (const auto bounds = object.index.front()->bounds()) look(0.5 * (bounds->min + bounds->max));
-    return most - least;
-}
 
 /// Makes one stage, "fronts", of all fronts of all lights.
 class FrontProgress final : public Monitor {
@@ -185,19 +62,10 @@ public:
         : scene_(scene),
           options_(options),
           frame_(frame),
-          media_(scene),
-          target_(boxOf(media_, frame)),
+          medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps}),
           monitor_(monitor) {
-        if (media_.objects.size() > 255)
-            throw Error(ErrorCode::Input,
-                        fmt::format("{} media have an index that varies; up to 255 are baked", media_.objects.size()));
-        if (scene.bake.paths == Paths::All)
-            target_.add(glm::dvec3(frame.min) - 0.5), target_.add(glm::dvec3(frame.max) + 0.5);
         voxelise_.quadrature = scene.bake.quadrature;
         voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
-        space_ = frontSpace(target_, frame);
-        space_.steps = options.steps;
-        if (media_.fillTheWorld()) widen();
     }
 
     void run(LightField& field) {
@@ -205,23 +73,19 @@ public:
         for (const Light& light : scene_.lights)
             for (const LightSample& sample : lightSamples(light, options_.disc_samples))
                 samples.emplace_back(&light, sample);
-        const int passes = media_.disperses() ? 3 : 1;
+        const int passes = medium_.passes();
         const double share = 1.0 / (passes * static_cast<double>(samples.size()));
         double done = 0;
         for (int channel = 0; channel < passes; ++channel) {
-            const SplineIndex index = sampled(channel);
-            space_.index = &index;
-            layMedia(media_, frame_, channel, space_);
-            const double contrast = std::max(index.largest() - 0.5, 0.5 - index.least());
-            space_.least_lit = scene_.bake.paths == Paths::All
-                                   ? -1.0f
-                                   : static_cast<float>((index.fit() == SplineFit::Plain ? 0.25 : 0.01) * contrast);
-            bytes_ = std::max(bytes_, index.bytes() + static_cast<std::int64_t>(space_.media.size()));
+            const auto start = Clock::now();
+            if (channel == 0) monitor_.progress("index", 0);
+            medium_.sample(channel, monitor_);
+            if (channel == 0) monitor_.progress("index", 1);
+            index_seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
             for (const auto& [light, sample] : samples) {
                 addSample(*light, sample, channel, {done, share}, field);
                 done += share;
             }
-            space_.index = nullptr;
         }
     }
 
@@ -236,7 +100,7 @@ public:
         out.seconds.emplace_back("index", index_seconds_);
         out.seconds.emplace_back("trace", totals_.trace_seconds);
         out.seconds.emplace_back("deposit", totals_.deposit_seconds);
-        out.field_bytes = field.bytes() + bytes_;
+        out.field_bytes = field.bytes() + medium_.bytes();
         if (totals_.power.dropped > 1e-3 * totals_.power.emitted)
             monitor_.warn(
                 fmt::format("{:.2g} of the light turned too sharply to be followed and is counted as dropped; more "
@@ -244,73 +108,20 @@ public:
                             totals_.power.dropped / totals_.power.emitted));
         // A face of glass is spread over two voxels.
         constexpr double kSteep = 0.5;
-        if (jump_ > kSteep)
+        if (medium_.jump() > kSteep)
             monitor_.warn(
                 fmt::format("n^2 changes by {:.3g} from a voxel to the next: rays bend sharply within it, and end up "
                             "to a voxel from "
                             "where they should; use smaller voxels, or a [[surface]] for a sharp face",
-                            2 * jump_));
+                            2 * medium_.jump()));
     }
-    /// What becomes of faces, for the report; empty where there are none.
-    std::string faces() const {
-        if (spline_ != SplineFit::Plain) return {};
-        return "reflection at faces: the index jumps from a voxel to the next, and is blurred by 0.58 voxels there";
-    }
-    SplineFit spline() const { return spline_; }
+    const GradedSpace& medium() const { return medium_; }
 
 private:
-    /// Slanting light comes into a grid by its sides too, from a medium that goes on there: the space holds where it
-    /// comes from. Not where the light is so level that this would be more than eight times as much.
-    void widen() {
-        known_ = space_;
-        FrontBox entries;
-        entries.add(glm::dvec3(space_.low)), entries.add(glm::dvec3(space_.high));
-        for (const Light& light : scene_.lights)
-            for (const LightSample& sample : lightSamples(light, options_.disc_samples)) {
-                const FrontBox entry = entryOf({frame_, space_, target_}, sample);
-                entries.add(entry.min), entries.add(entry.max);
-            }
-        const glm::dvec3 low = glm::floor(entries.min), high = glm::ceil(entries.max), size = high - low + 1.0,
-                         before(space_.high - space_.low + 1);
-        if (!(size.x * size.y * size.z <= 8 * before.x * before.y * before.z)) return;
-        for (int a = 0; a < 3; ++a) {
-            // Light enters on the side that it comes from, which stays where it is.
-            if (entries.min[a] < space_.low[a] - 0.5) space_.low[a] = static_cast<int>(low[a]);
-            if (entries.max[a] > space_.high[a] + 0.5) space_.high[a] = static_cast<int>(high[a]);
-        }
-    }
-
-    /// n^2 / 2 of a voxel: beyond the grid, where a formula may end, that of the nearest one in it.
-    double halfSquareAt(const glm::dvec3& world, const glm::dvec3& voxel, int channel) const {
-        const double value = media_.halfSquareOfVoxel(world, voxel, channel);
-        if (value > 0 || !media_.fillTheWorld()) return value;
-        const glm::dvec3 inside = glm::clamp(frame_.indexFromWorld(world), glm::dvec3(known_.low - kMargin),
-                                             glm::dvec3(known_.high + kMargin));
-        return media_.halfSquareOfVoxel(frame_.worldFromIndex(inside), voxel, channel);
-    }
-
-    SplineIndex sampled(int channel) {
-        const auto start = Clock::now();
-        if (channel == 0) monitor_.progress("index", 0);
-        space_.first_node = space_.low - kMargin;
-        SplineIndex::Nodes nodes;
-        nodes.count = space_.high - space_.low + 1 + 2 * kMargin;
-        nodes.first_world = frame_.worldFromIndex(glm::dvec3(space_.first_node));
-        for (int a = 0; a < 3; ++a) nodes.spacing[a] = frame_.worldFromIndex()[a][a];
-        const SplineFit fit = options_.spline == WavefrontSpline::Auto      ? SplineFit::Auto
-                              : options_.spline == WavefrontSpline::Through ? SplineFit::Through
-                                                                            : SplineFit::Plain;
-        SplineIndex index(
-            nodes,
-            [&](const glm::dvec3& p) {
-                monitor_.checkCancelled();
-                return halfSquareAt(p, nodes.spacing, channel);
-            },
-            fit);
-        spline_ = index.fit(), jump_ = std::max(jump_, index.steepest() * (index.largest() - index.least()));
-        if (channel == 0) monitor_.progress("index", 1);
-        index_seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
-        return index;
+    static SplineFit fitOf(const WavefrontOptions& options) {
+        return options.spline == WavefrontSpline::Auto      ? SplineFit::Auto
+               : options.spline == WavefrontSpline::Through ? SplineFit::Through
+                                                            : SplineFit::Plain;
     }
 
     /// Halves what would be given up, up to three times and to three times as many tubes: at the rim of a lens, where
@@ -318,10 +129,10 @@ private:
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
         constexpr int kHalvings = 3;
-        if (2 * (space_.index->largest() - space_.index->least()) < kGentleContrast) return front;
+        if (2 * (medium_.space().index->largest() - medium_.space().index->least()) < kGentleContrast) return front;
         const std::size_t most = 3 * front.tubes.size();
         SweepTotals nobodys;
-        FrontSweep probe(space_, field, voxelise_, nobodys, monitor);
+        FrontSweep probe(medium_.space(), field, voxelise_, nobodys, monitor);
         Front whole;
         whole.axis = front.axis, whole.sense = front.sense;
         for (int halving = 0; halving < kHalvings; ++halving) {
@@ -345,11 +156,13 @@ private:
 
     void addSample(const Light& light, const LightSample& sample, int channel, const Part& part, LightField& field) {
         glm::dvec3 channels(1);
-        if (media_.disperses()) channels = glm::dvec3(0), channels[channel] = 1;
-        const FrontLaunch launch{
-            frame_, space_, target_, options_.spacing, scene_.bake.paths == Paths::All, [&](const glm::dvec3& world) {
-                return media_.at(world, channel) >= 0;
-            }};
+        if (medium_.passes() > 1) channels = glm::dvec3(0), channels[channel] = 1;
+        const FrontLaunch launch{frame_,
+                                 medium_.space(),
+                                 medium_.target(),
+                                 options_.spacing,
+                                 scene_.bake.paths == Paths::All,
+                                 [&](const glm::dvec3& world) { return medium_.media().at(world, channel) >= 0; }};
         FrontProgress progress(monitor_);
         progress.nextFront(part.from, 0);
         std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
@@ -357,7 +170,7 @@ private:
             tube.power *= channels;
             totals_.power.emitted += (tube.power.x + tube.power.y + tube.power.z) / 3;
         }
-        FrontSweep sweep(space_, field, voxelise_, totals_, progress);
+        FrontSweep sweep(medium_.space(), field, voxelise_, totals_, progress);
         Part of_turn{part.from, 0.7 * part.share};  // the fronts that turned away are fewer and fewer
         for (int turn = 0; turn <= options_.turns && !fronts.empty(); ++turn) {
             std::vector<Front> next;
@@ -377,37 +190,25 @@ private:
     const Scene& scene_;
     const WavefrontOptions& options_;
     GridFrame frame_;
-    Media media_;
-    FrontBox target_;
+    GradedSpace medium_;
     Monitor& monitor_;
     VoxeliseOptions voxelise_;
     static constexpr std::uint32_t kGone = 0xffffffff;
-    static constexpr int kMargin = 3;  // nodes, that a spline reaches and a little more
-    FrontSpace space_, known_;         // known: before it was widened
     SweepTotals totals_;
-    SplineFit spline_ = SplineFit::Auto;
-    double jump_ = 0;  ///< of n^2 / 2 from a voxel to the next
     double index_seconds_ = 0;
-    std::int64_t bytes_ = 0;
 };
 
 std::string wavefrontRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (!scene.index || scene.index->objects().empty())
         return "the scene has no [[medium]] with an 'index' that varies by itself; beams follows light through faces";
-    if (!scene.surfaces.empty())
-        return fmt::format(
-            "the surface '{}' lies beside media whose index varies, which is not built yet; remove it, or give the "
-            "medium as an index",
-            scene.surfaces.front().name);
+    if (std::string why = gradedSpaceRefusal(scene); !why.empty()) return why;
     for (const Object& object : scene.objects)
         if (object.blocks())
             return fmt::format(
-                "the object '{}' would block light, which is not built yet beside media whose index varies; give it "
-                "role = \"movable\"",
+                "the object '{}' would block light, which is not built yet for fronts beside media whose index "
+                "varies; give it role = \"movable\", or bake with photons",
                 object.name);
-    if (scene.domain.shear_mode != ShearMode::None)
-        return "a sheared grid is not built yet for wavefront; remove [domain] shear";
     return {};
 }
 
@@ -420,9 +221,9 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     // Where light may turn, what would be lost is looked for first, and layers are evaluated at more points.
     constexpr double kTurning = 5;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
-    const Media media(scene);
+    const GradedMedia media(scene);
     const int passes = media.disperses() ? 3 : 1;
-    const FrontSpace space = frontSpace(boxOf(media, question.frame), question.frame);
+    const FrontSpace space = frontSpace(mediaBox(media, question.frame), question.frame);
     const glm::dvec3 size(space.high - space.low + 1);
     double directions = 0, fronts = 0;
     for (const Light& light : scene.lights) {
@@ -436,7 +237,7 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     MethodCost cost;
     const double nodes = size.x * size.y * size.z;
     cost.stages = {{"index", passes * nodes * kSecondsANode},
-                   {"fronts", passes * fronts * (contrastOf(media, question.frame) < kGentleContrast ? 1 : kTurning)}};
+                   {"fronts", passes * fronts * (media.contrast(question.frame) < kGentleContrast ? 1 : kTurning)}};
     cost.bytes = nodes * (media.attenuate() ? 5 : 4);
     if (directions > 4 * static_cast<double>(scene.lights.size()))
         cost.dearest = fmt::format(
@@ -461,9 +262,9 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
     LightField field(needed, channels);
     bake.run(field);
     bake.report(report, field);
-    if (const std::string faces = bake.faces(); !faces.empty()) report.skipped.push_back(faces);
+    if (const std::string faces = bake.medium().faces(); !faces.empty()) report.skipped.push_back(faces);
     BakeResult result{std::move(field), std::move(report), {}, {}, {}, {}, {}};
-    result.metadata["spline"] = bake.spline() == SplineFit::Plain ? "plain" : "through";
+    result.metadata["spline"] = bake.medium().splineName();
     return result;
 }
 

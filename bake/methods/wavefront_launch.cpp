@@ -18,89 +18,83 @@ namespace {
 constexpr double kMostRays = 67108864;  // 2^26: 4 GB
 constexpr int kBlock = 8;               // cells a side of a block of tubes
 
-/// A light's rays on the plane that a front starts from.
-class LaunchPlane {
-public:
-    LaunchPlane(const FrontLaunch& launch, const LightSample& sample) : launch_(launch), sample_(sample) {
-        const glm::dvec3 middle = launch.frame.worldFromIndex(0.5 * (launch.target.min + launch.target.max));
-        const glm::dvec3 way = sample.source ? middle - *sample.source : sample.direction;
-        axis_ = mainAxis(way), sense_ = way[axis_] > 0 ? 1 : -1;
-        axes_ = axesFor(axis_);
-        plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
-        if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
-    }
-
-    int axis() const { return axis_; }
-    int sense() const { return sense_; }
-    bool behindLamp() const { return sample_.source && !(sense_ * (plane_ - source_[axis_]) > 0); }
-
-    /// Where the ray that meets a place of index space crosses the plane, along u and v.
-    glm::dvec2 shadowOf(const glm::dvec3& voxel) const {
-        const glm::dvec3 way = sample_.source ? voxel - source_ : launch_.frame.indexDirection(sample_.direction);
-        const double back = (voxel[axis_] - plane_) / way[axis_];
-        return {voxel[axes_[0]] - back * way[axes_[0]], voxel[axes_[1]] - back * way[axes_[1]]};
-    }
-
-    glm::dvec3 voxelAt(const glm::dvec2& uv) const {
-        glm::dvec3 voxel;
-        voxel[axes_[0]] = uv.x, voxel[axes_[1]] = uv.y, voxel[axis_] = plane_;
-        return voxel;
-    }
-
-    Front::Ray rayAt(const glm::dvec2& uv) const {
-        Front::Ray ray;
-        ray.voxel = voxelAt(uv);
-        const glm::dvec3 world = launch_.frame.worldFromIndex(ray.voxel);
-        const glm::dvec3 direction = sample_.source ? glm::normalize(world - *sample_.source) : sample_.direction;
-        // Snell's law at a flat face keeps what lies in it; air is outside.
-        const double square = 2 * launch_.space.index->at(world).half_square;
-        ray.momentum = direction;
-        const double across = 1 - direction[axis_] * direction[axis_];
-        constexpr double kLeast = 1e-6;
-        ray.momentum[axis_] = sense_ * std::sqrt(std::max(square - across, kLeast));
-        ray.lit = launch_.lit || launch_.in_medium(world);
-        return ray;
-    }
-
-    /// Power per channel [W] through a triangle of the plane.
-    glm::dvec3 power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const {
-        const glm::dvec3 p[3] = {launch_.frame.worldFromIndex(voxelAt(a)), launch_.frame.worldFromIndex(voxelAt(b)),
-                                 launch_.frame.worldFromIndex(voxelAt(c))};
-        if (!sample_.source) {
-            const double area = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
-            return sample_.strength * (area * std::fabs(sample_.direction[axis_]));
-        }
-        glm::dvec3 d[3], strength(0);
-        for (int i = 0; i < 3; ++i) {
-            d[i] = glm::normalize(p[i] - *sample_.source);
-            const double cosine = glm::dot(d[i], sample_.direction);
-            const bool panel = sample_.light->type == LightType::Rectangle;
-            strength += sample_.strength * (panel ? std::max(0.0, cosine) : sample_.light->spotFalloff(cosine)) / 3.0;
-        }
-        // Solid angle [Van Oosterom and Strackee 1983].
-        const double volume = std::fabs(glm::dot(d[0], glm::cross(d[1], d[2])));
-        return strength * 2.0 *
-               std::atan2(volume, 1 + glm::dot(d[0], d[1]) + glm::dot(d[1], d[2]) + glm::dot(d[2], d[0]));
-    }
-
-private:
-    const FrontLaunch& launch_;
-    const LightSample& sample_;
-    int axis_ = 2, sense_ = -1;
-    std::array<int, 3> axes_{};
-    double plane_ = 0;
-    glm::dvec3 source_{0};
-};
-
 void refuseLamp(const Light& light, const std::string& why) {
     throw Error(ErrorCode::Input,
-                fmt::format("the light '{}' stands beside or within the media or the domain {}, which wavefront does "
-                            "not follow yet; move it further away",
+                fmt::format("the light '{}' stands beside or within the media or the domain {}, which is not built "
+                            "yet; move it further away",
                             light.name, why),
                 light.where);
 }
 
 }  // namespace
+
+LaunchPlane::LaunchPlane(const FrontLaunch& launch, const LightSample& sample) : launch_(launch), sample_(sample) {
+    const glm::dvec3 middle = launch.frame.worldFromIndex(0.5 * (launch.target.min + launch.target.max));
+    const glm::dvec3 way = sample.source ? middle - *sample.source : sample.direction;
+    axis_ = mainAxis(way), sense_ = way[axis_] > 0 ? 1 : -1;
+    axes_ = axesFor(axis_);
+    plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
+    if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
+}
+
+glm::dvec2 LaunchPlane::shadowOf(const glm::dvec3& voxel) const {
+    const glm::dvec3 way = sample_.source ? voxel - source_ : launch_.frame.indexDirection(sample_.direction);
+    const double back = (voxel[axis_] - plane_) / way[axis_];
+    return {voxel[axes_[0]] - back * way[axes_[0]], voxel[axes_[1]] - back * way[axes_[1]]};
+}
+
+glm::dvec3 LaunchPlane::voxelAt(const glm::dvec2& uv) const {
+    glm::dvec3 voxel;
+    voxel[axes_[0]] = uv.x, voxel[axes_[1]] = uv.y, voxel[axis_] = plane_;
+    return voxel;
+}
+
+glm::dvec3 LaunchPlane::directionAt(const glm::dvec3& world) const {
+    return sample_.source ? glm::normalize(world - *sample_.source) : sample_.direction;
+}
+
+Front::Ray LaunchPlane::rayAt(const glm::dvec2& uv) const {
+    Front::Ray ray;
+    ray.voxel = voxelAt(uv);
+    const glm::dvec3 world = launch_.frame.worldFromIndex(ray.voxel), direction = directionAt(world);
+    // Snell's law at a flat face keeps what lies in it; air is outside.
+    const double square = 2 * launch_.space.index->at(world).half_square;
+    ray.momentum = direction;
+    const double across = 1 - direction[axis_] * direction[axis_];
+    constexpr double kLeast = 1e-6;
+    ray.momentum[axis_] = sense_ * std::sqrt(std::max(square - across, kLeast));
+    ray.lit = launch_.lit || launch_.in_medium(world);
+    return ray;
+}
+
+/// Of a lamp towards a direction, per channel [W/sr].
+glm::dvec3 LaunchPlane::strengthTowards(const glm::dvec3& direction) const {
+    const double cosine = glm::dot(direction, sample_.direction);
+    const bool panel = sample_.light->type == LightType::Rectangle;
+    return sample_.strength * (panel ? std::max(0.0, cosine) : sample_.light->spotFalloff(cosine));
+}
+
+glm::dvec3 LaunchPlane::power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const {
+    const glm::dvec3 p[3] = {launch_.frame.worldFromIndex(voxelAt(a)), launch_.frame.worldFromIndex(voxelAt(b)),
+                             launch_.frame.worldFromIndex(voxelAt(c))};
+    if (!sample_.source) {
+        const double area = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
+        return sample_.strength * (area * std::fabs(sample_.direction[axis_]));
+    }
+    glm::dvec3 d[3], strength(0);
+    for (int i = 0; i < 3; ++i) d[i] = directionAt(p[i]), strength += strengthTowards(d[i]) / 3.0;
+    // Solid angle [Van Oosterom and Strackee 1983].
+    const double volume = std::fabs(glm::dot(d[0], glm::cross(d[1], d[2])));
+    return strength * 2.0 * std::atan2(volume, 1 + glm::dot(d[0], d[1]) + glm::dot(d[1], d[2]) + glm::dot(d[2], d[0]));
+}
+
+glm::dvec3 LaunchPlane::irradianceAt(const glm::dvec2& uv) const {
+    const glm::dvec3 world = launch_.frame.worldFromIndex(voxelAt(uv)), direction = directionAt(world);
+    const double cosine = std::fabs(direction[axis_]);
+    if (!sample_.source) return sample_.strength * cosine;
+    const glm::dvec3 way = world - *sample_.source;
+    return strengthTowards(direction) * (cosine / glm::dot(way, way));
+}
 
 FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample) {
     const LaunchPlane plane(launch, sample);
@@ -113,9 +107,13 @@ FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample) {
     return entry;
 }
 
+void refuseLampWithin(const LaunchPlane& plane, const Light& light) {
+    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
+}
+
 Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
     const LaunchPlane plane(launch, sample);
-    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
+    refuseLampWithin(plane, light);
     const FrontBox entry = entryOf(launch, sample);
     const auto axes = axesFor(plane.axis());
     const glm::dvec2 low(entry.min[axes[0]], entry.min[axes[1]]), high(entry.max[axes[0]], entry.max[axes[1]]);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <limits>
 
 #include "bake/methods/wavefront_sweep.h"
@@ -25,11 +27,49 @@ struct FrontLaunch {
     std::function<bool(const glm::dvec3&)> in_medium{};
 };
 
+/// A light's rays on the plane by which it enters the space: on the side that the light comes from.
+class LaunchPlane {
+public:
+    /// Both must outlive it.
+    LaunchPlane(const FrontLaunch& launch, const LightSample& sample);
+
+    int axis() const { return axis_; }  ///< across the plane
+    int sense() const { return sense_; }
+    /// A lamp does not stand before the plane.
+    bool behindLamp() const { return sample_.source && !(sense_ * (plane_ - source_[axis_]) > 0); }
+    /// Where the ray that meets a place of index space crosses the plane, along u and v.
+    glm::dvec2 shadowOf(const glm::dvec3& voxel) const;
+    /// In index space.
+    glm::dvec3 voxelAt(const glm::dvec2& uv) const;
+    /// As light goes on from the plane. Where a medium reaches it, light comes into it as through a flat face, without
+    /// loss.
+    Front::Ray rayAt(const glm::dvec2& uv) const;
+    /// Unit, of travel, of the light that comes to a place, before it is refracted.
+    glm::dvec3 directionAt(const glm::dvec3& world) const;
+    /// Per channel [W], through a triangle of the plane.
+    glm::dvec3 power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const;
+    /// Per channel [W/m2], on the plane.
+    glm::dvec3 irradianceAt(const glm::dvec2& uv) const;
+
+private:
+    glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
+
+    const FrontLaunch& launch_;
+    const LightSample& sample_;
+    int axis_ = 2, sense_ = -1;
+    std::array<int, 3> axes_{};
+    double plane_ = 0;
+    glm::dvec3 source_{0};
+};
+
+/// @throws Error{Input} where a lamp is not before the plane
+void refuseLampWithin(const LaunchPlane& plane, const Light& light);
+
 /// Where a light has to enter the space to reach the whole target: a flat box on the side that it comes from.
 FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample);
 
 /// The front of a light, as it enters the space by the side that the light comes from: as wide as the target's shadow
-/// there. Where a medium reaches that side, light comes into it as through a flat face, without loss.
+/// there.
 /// @throws Error{Input} for a lamp that is not outside of that side, and for more than 2^26 rays
 Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample);
 

@@ -22,18 +22,6 @@ double secondsSince(Clock::time_point start) { return std::chrono::duration<doub
 
 double channelMean(const glm::dvec3& v) { return (v.x + v.y + v.z) / 3; }
 
-/// A spline by itself.
-class OfSpline final : public GradedIndex {
-public:
-    explicit OfSpline(const SplineIndex& spline) : spline_(spline) {}
-    IndexSample at(const glm::dvec3& world) const override { return spline_.at(world); }
-    bool contains(const glm::dvec3&) const override { return true; }
-    std::optional<WorldBox> bounds() const override { return {}; }
-
-private:
-    const SplineIndex& spline_;
-};
-
 /// A tube that turned away in this chunk.
 struct Turned {
     std::uint32_t tube;
@@ -213,7 +201,7 @@ void FrontSweep::turnAway(const Front& front, const Chunk& chunk, State& state) 
 /// have at a face, and leave glass that reflects it.
 void FrontSweep::carryOn(int axis, double layers, Front::Ray& ray) const {
     const GridFrame& frame = field_.frame();
-    const OfSpline index(*space_.index);
+    const SplineGradedIndex index(*space_.index);
     GradedRay on{frame.worldFromIndex(ray.voxel), ray.momentum, 0};
     constexpr int kSteps = 4;
     const double step = layers * frame.worldFromIndex()[axis][axis] / kSteps;

@@ -12,18 +12,6 @@
 namespace photic {
 namespace {
 
-/// A spline as an index of its own.
-class SplineOnly final : public GradedIndex {
-public:
-    explicit SplineOnly(const SplineIndex& spline) : spline_(spline) {}
-    IndexSample at(const glm::dvec3& world) const override { return spline_.at(world); }
-    bool contains(const glm::dvec3&) const override { return true; }
-    std::optional<WorldBox> bounds() const override { return {}; }
-
-private:
-    const SplineIndex& spline_;
-};
-
 SplineIndex sampled(const GradedIndex& index, const glm::dvec3& half, double spacing, SplineFit fit) {
     SplineIndex::Nodes nodes;
     nodes.spacing = glm::dvec3(spacing);
@@ -101,7 +89,7 @@ TEST(SplineIndex, RaysThroughItMeetThoseOfTheIndexItself) {
                                                           makeSelfocRod({.n0 = 1.5, .g = 0.7})};
     for (const auto& index : indices) {
         const SplineIndex spline = sampled(*index, glm::dvec3(0.75), kVoxel, SplineFit::Through);
-        const SplineOnly on_spline(spline);
+        const SplineGradedIndex on_spline(spline);
         for (const double x0 : {0.1, 0.3, 0.45}) {
             GradedRay a = startRay(*index, {x0, 0.1, -0.6}, {0, 0, 1}), b = a;
             for (int i = 0; i < 400; ++i) stepRungeKutta(*index, 2e-3, a), stepRungeKutta(on_spline, 2e-3, b);
@@ -116,7 +104,7 @@ TEST(SplineIndex, ASampledLuneburgLensFocusesToATenthOfAVoxel) {
     for (const int voxels : {16, 32, 64}) {
         const auto lens = makeLuneburgLens(glm::dvec3(0), 1);
         const SplineIndex spline = sampled(*lens, glm::dvec3(1.25), 1.0 / voxels, SplineFit::Through);
-        const SplineOnly on_spline(spline);
+        const SplineGradedIndex on_spline(spline);
         double sum = 0;
         for (int i = 0; i <= 12; ++i) {
             GradedRay ray{{0.9 * (i / 6.0 - 1), 0, -1.125}, {0, 0, 1}, 0};

@@ -163,7 +163,7 @@ TEST(Wavefront, RefusesByNameWhatItCannotBake) {
     EXPECT_NE(refusal(ball).find("index"), std::string::npos);
     // And the other way round: methods that follow straight rays name it.
     const Scene scene = sceneOf("min = [-1, -1, -1]\nmax = [1, 1, 1]\nresolution = 8", kDown, lens);
-    for (const char* method : {"beams", "photons", "eikonal", "wave"}) {
+    for (const char* method : {"beams", "eikonal", "wave"}) {
         try {
             chooseMethod(method, scene);
             ADD_FAILURE() << method;

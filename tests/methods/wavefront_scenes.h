@@ -25,12 +25,13 @@ inline Scene sceneOf(const std::string& domain, const std::string& light, const 
                       monitor);
 }
 
-inline Bake bake(const Scene& scene, const GivenOptions& options = {}) {
+inline Bake bakeWith(const std::string& name, const Scene& scene, const GivenOptions& options = {}) {
     Monitor monitor;
-    const Method& method = chooseMethod("wavefront", scene);
+    const Method& method = chooseMethod(name, scene);
     auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(sceneFrame(scene)));
     return {scene, method.bake(scene, needed, options, monitor)};
 }
+inline Bake bake(const Scene& scene, const GivenOptions& options = {}) { return bakeWith("wavefront", scene, options); }
 
 inline const std::string kDown = "type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 1\nangular_diameter = 0";
 
