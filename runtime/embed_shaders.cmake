@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DOUTPUT=x.cpp "-DSHADERS=a.glsl;b.glsl" -P embed_shaders.cmake
-# Writes a source file that holds the shaders as strings. Literals are cut into pieces that every compiler takes.
-set(text "// Made by runtime/embed_shaders.cmake.\n#include \"runtime/src/embedded_shaders.h\"\n\nnamespace photic::runtime {\n\nconst EmbeddedShader kEmbeddedShaders[] = {\n")
+# Writes a source file that holds the shaders, or other texts, as strings. Literals are cut into pieces that every
+# compiler takes. HEADER declares in NAMESPACE what is written, the array NAME of TYPE.
+foreach(default "HEADER=runtime/src/embedded_shaders.h" "NAMESPACE=photic::runtime" "TYPE=EmbeddedShader" "NAME=kEmbeddedShaders")
+  string(REPLACE "=" ";" default ${default})
+  list(GET default 0 variable)
+  if(NOT DEFINED ${variable})
+    list(GET default 1 ${variable})
+  endif()
+endforeach()
+set(text "// Made by runtime/embed_shaders.cmake.\n#include \"${HEADER}\"\n\nnamespace ${NAMESPACE} {\n\nconst ${TYPE} ${NAME}[] = {\n")
 foreach(shader ${SHADERS})
-  get_filename_component(name ${shader} NAME)
+  get_filename_component(file_name ${shader} NAME)
   file(READ ${shader} content)
-  string(APPEND text "    {\"${name}\",\n")
+  string(APPEND text "    {\"${file_name}\",\n")
   string(LENGTH "${content}" length)
   set(start 0)
   while(start LESS length)
@@ -15,5 +23,5 @@ foreach(shader ${SHADERS})
   endwhile()
   string(APPEND text "    },\n")
 endforeach()
-string(APPEND text "    {nullptr, nullptr}};\n\n}  // namespace photic::runtime\n")
+string(APPEND text "    {nullptr, nullptr}};\n\n}  // namespace ${NAMESPACE}\n")
 file(WRITE ${OUTPUT} "${text}")

@@ -14,6 +14,7 @@
 #include "bake/baker/game_budget.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/export_error.h"
+#include "bake/cli/export_web.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/file/nvdb.h"
@@ -103,6 +104,7 @@ VoxelBox voxelsIn(const WorldBox& box, const LightVolume& volume) {
 /// What a first look at the volumes finds.
 struct Survey {
     std::vector<std::string> outputs;  ///< of each volume
+    std::vector<int> frames;           ///< of each volume, where the outputs are numbered
     /// That holds the light of all volumes. One volume needs none: its file finds it.
     std::optional<VoxelBox> box;
 };
@@ -126,6 +128,7 @@ Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& s
     if (!numbered(arguments) && all.size() == 1) return {{arguments.output}, {}};
     Survey survey;
     std::map<std::string, std::string> output_of, volume_of;
+    std::map<std::string, int> frame_of;
     std::optional<GridFrame> grid;
     for (std::size_t i = 0; i < all.size(); ++i) {
         terminal.progress("read", static_cast<double>(i) / static_cast<double>(all.size()));
@@ -139,13 +142,17 @@ Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& s
                         all[i]);
         }
         grid = volume.field.frame();
-        output_of[all[i]] =
-            numbered(arguments) ? withFrame(arguments.output, frameInSequence(volume, all[i])) : arguments.output;
+        output_of[all[i]] = arguments.output;
+        if (numbered(arguments)) {
+            frame_of[all[i]] = frameInSequence(volume, all[i]);
+            output_of[all[i]] = withFrame(arguments.output, frame_of[all[i]]);
+        }
         if (dense && arguments.box.empty() && all.size() > 1)
             survey.box = together(survey.box, selection.plan ? litBox(selection.of(volume, terminal)) : litBox(volume));
     }
     for (const std::string& path : arguments.volumes) {
         survey.outputs.push_back(output_of.at(path));
+        survey.frames.push_back(frame_of[path]);
         const auto [other, fresh] = volume_of.emplace(survey.outputs.back(), path);
         if (!fresh) {
             throw Error(ErrorCode::Input,
@@ -156,8 +163,15 @@ Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& s
     return survey;
 }
 
+std::vector<WebFrame> webFrames(const Survey& survey) {
+    std::vector<WebFrame> frames;
+    for (std::size_t i = 0; i < survey.outputs.size(); ++i)
+        frames.push_back({survey.frames[i], std::filesystem::path(survey.outputs[i]).filename().string()});
+    return frames;
+}
+
 /// A file format for other programs: how it is called, and what the command line may say about it.
-enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas };
+enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas, Web };
 struct FormatRow {
     Format format;
     const char *extension, *name;
@@ -168,7 +182,16 @@ constexpr FormatRow kFormats[] = {{Format::Nvdb, ".nvdb", "nvdb"},
                                   {Format::UnityVf, ".vf", "vf"},
                                   {Format::SliceAtlas, ".exr", "atlas"}};
 
+constexpr FormatRow kWebFormat{Format::Web, ".js", "web"};
+
 const FormatRow& formatOf(const ExportArguments& arguments) {
+    if (!arguments.web.empty()) {
+        if (!arguments.output.empty())
+            throw Error(ErrorCode::Usage, "makes files in a folder of its own; give either --web or -o", "--web");
+        return kWebFormat;
+    }
+    if (arguments.output.empty())
+        throw Error(ErrorCode::Usage, "-o says the file to write, or --web the folder of a page; give one", "-o");
     const std::string extension = std::filesystem::path(arguments.output).extension().string();
     std::string known;
     for (const FormatRow& row : kFormats) {
@@ -206,9 +229,9 @@ void checkBudget(const ExportArguments& arguments) {
         throw Error(ErrorCode::Usage,
                     fmt::format("a budget of {} MB; it must be above 0 and at most 1e9", *arguments.budget_mb),
                     "--budget");
-    if (!arguments.scene.empty() && !arguments.budget_mb)
-        throw Error(ErrorCode::Usage, "tells --budget where the receivers are, and there is no --budget; give one",
-                    "--scene");
+    if (!arguments.scene.empty() && !arguments.budget_mb && arguments.web.empty())
+        throw Error(ErrorCode::Usage,
+                    "tells --budget where the receivers are, or --web what is to be seen; give one of them", "--scene");
 }
 
 MemoryModel memoryOf(Format format) { return format == Format::Nvdb ? MemoryModel::Runtime : MemoryModel::Dense; }
@@ -255,20 +278,22 @@ struct Written {
     std::int64_t voxels = 0;  ///< with light, or those of the dense box
 };
 
+Written denseWritten(const DenseWritten& written) {
+    return {written, std::int64_t{written.size.x} * written.size.y * written.size.z};
+}
+
 Written write(const ExportArguments& arguments, Format format, OutputSet& outputs, const std::string& output,
               const LightVolume& volume, const std::optional<VoxelBox>& box) {
-    const auto dense = [](const DenseWritten& written) {
-        return Written{written, std::int64_t{written.size.x} * written.size.y * written.size.z};
-    };
     switch (format) {
         case Format::Ktx2:
-            return dense(writeTextures(outputs, output, volume, TextureFormat::Ktx2, box));
+            return denseWritten(writeTextures(outputs, output, volume, TextureFormat::Ktx2, box));
         case Format::Dds:
-            return dense(writeTextures(outputs, output, volume, TextureFormat::Dds, box));
+            return denseWritten(writeTextures(outputs, output, volume, TextureFormat::Dds, box));
         case Format::UnityVf:
-            return dense(writeTextures(outputs, output, volume, TextureFormat::UnityVf, box));
+            return denseWritten(writeTextures(outputs, output, volume, TextureFormat::UnityVf, box));
         case Format::SliceAtlas:
-            return dense(writeSliceAtlas(outputs, output, volume, box));
+            return denseWritten(writeSliceAtlas(outputs, output, volume, box));
+        case Format::Web:
         case Format::Nvdb:
             break;
     }
@@ -308,8 +333,10 @@ Json reported(const std::string& volume, const Written& written, const ExportArg
 
 }  // namespace
 
-int run(const ExportArguments& arguments, Terminal& terminal) {
-    const FormatRow& format = formatOf(arguments);
+int run(const ExportArguments& given, Terminal& terminal) {
+    const FormatRow& format = formatOf(given);
+    ExportArguments arguments = given;
+    if (format.format == Format::Web) arguments.output = WebExport::frameFiles(given.web);
     checkOptions(arguments, format);
     checkBudget(arguments);
     const std::optional<WorldBox> wanted = parseBox(arguments.box);
@@ -319,12 +346,15 @@ int run(const ExportArguments& arguments, Terminal& terminal) {
     if (!arguments.scene.empty()) outputs.reads("the scene", arguments.scene);
     // A sequence's files are known once their frames are; the first look at the volumes finds them.
     if (!numbered(arguments)) claim(outputs, arguments.output, format.format);
+    std::optional<WebExport> page;
+    if (format.format == Format::Web) page.emplace(arguments, outputs);
     const FilesRead files;
     const Selection selection = select(arguments, format.format, terminal);
     outputs.reads("a file of the scene", files.paths());
     const Survey survey = surveyed(arguments, format.format != Format::Nvdb, selection, terminal);
     for (const std::string& output : survey.outputs)
         if (numbered(arguments)) claim(outputs, output, format.format);
+    if (page) page->expect(webFrames(survey));
     Json frames = Json::array();
     for (std::size_t i = 0; i < arguments.volumes.size(); ++i) {
         terminal.progress("write", static_cast<double>(i) / static_cast<double>(arguments.volumes.size()));
@@ -334,13 +364,16 @@ int run(const ExportArguments& arguments, Terminal& terminal) {
         std::optional<LightVolume> less;
         if (selection.plan) less.emplace(selection.of(volume, terminal));
         const LightVolume& exported = less ? *less : volume;
-        const Written written = write(arguments, format.format, outputs, survey.outputs[i], exported,
-                                      wanted ? voxelsIn(*wanted, exported) : survey.box);
+        const std::optional<VoxelBox> box = wanted ? voxelsIn(*wanted, exported) : survey.box;
+        const Written written =
+            page ? denseWritten(page->writeFrame(outputs, survey.outputs[i], exported, box, terminal))
+                 : write(arguments, format.format, outputs, survey.outputs[i], exported, box);
         outputs.commit();
         frames.push_back(reported(path, written, arguments, format, terminal));
         frames.back()["budget"] =
             less ? budgetReport(volume, exported, selection, format.format, terminal) : Json(nullptr);
     }
+    if (page) page->finish(outputs, terminal);
     terminal.progress("write", 1);
     if (arguments.json) {
         print({{"schema", "photic-export-1"},

@@ -226,8 +226,10 @@ void bindExport(CLI::App& app, ExportArguments& a) {
               "-o,--output", a.output,
               "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a "
               "volume"),
-          "FILE")
-        ->required();
+          "FILE");
+    value(app.add_option("--web", a.web,
+                         "Folder for a page that shows the volume in a browser, instead of -o; wants --scene"),
+          "FOLDER");
     const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half},
                                                           {"float", NvdbPrecision::Float}};
     oneOf(app.add_option_function<std::string>(
@@ -243,10 +245,12 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     value(app.add_option("--budget", a.budget_mb,
                          "Memory that a volume may take in a game: leaves out what it must, and says what that costs"),
           "MIB");
-    value(app.add_option(
-              "--scene", a.scene,
-              "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there"),
-          "FILE");
+    value(
+        app.add_option(
+            "--scene", a.scene,
+            "Scene file that it was baked from: --budget keeps voxels around its receivers, and measures there; --web "
+            "shows it"),
+        "FILE");
     value(app.add_option("--sequence", a.sequence,
                          "All volumes of the sequence that VOLUME... are a part of: parts that are exported apart then "
                          "share one box, and one --budget"),

@@ -80,10 +80,11 @@ struct PictureArguments {
 struct ExportArguments {
     std::vector<std::string> volumes;  ///< several: frames of a sequence, laid out alike
     std::string output;                ///< its extension says the format
+    std::string web;                   ///< the folder of a page instead
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
     std::optional<double> budget_mb;  ///< of memory in a game
-    std::string scene;                ///< where the receivers are, for the budget
+    std::string scene;                ///< where the receivers are, for the budget and the page
     std::string box;                  ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
     /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.
     std::vector<std::string> sequence;

@@ -72,6 +72,12 @@ Texel lightTexel(const glm::vec3& flux, float irradiance) {
     return {component(0), component(1), component(2), imath_float_to_half(rounded)};
 }
 
+// The same of the irradiance per channel, and their mean.
+Texel colourTexel(const glm::vec3& rgb, float irradiance) {
+    return {imath_float_to_half(rgb.x), imath_float_to_half(rgb.y), imath_float_to_half(rgb.z),
+            imath_float_to_half(irradiance)};
+}
+
 // One file of a set, with its texels: fill(x, y, z, bytes) writes a texel of the file's own axes.
 struct TextureFile {
     std::string path, header;
@@ -150,6 +156,34 @@ glm::dmat4 turned(const glm::dmat4& m) {
 
 }  // namespace
 
+DenseTexels denseTexels(const LightVolume& volume, const std::optional<VoxelBox>& wanted) {
+    const StraightField straight(volume);
+    const GridFrame& frame = straight.field().frame();
+    const BoxLight light(straight.field(), straight.box(wanted), volume.reference_irradiance);
+    DenseTexels dense{light.size(), worldFromTexture(frame, light.box()), {}, {}, 0};
+    refuseLarge(dense.size, frame.worldFromIndex()[0].x);
+    const bool coloured = straight.field().channels().irradiance == 3;
+    const auto row = static_cast<std::size_t>(dense.size.x);
+    const std::size_t rows = static_cast<std::size_t>(dense.size.y) * static_cast<std::size_t>(dense.size.z);
+    dense.light.resize(4 * row * rows);
+    if (coloured) dense.rgb.resize(dense.light.size());
+    parallelFor(static_cast<std::int64_t>(rows), [&](std::int64_t at) {
+        const int y = static_cast<int>(at % dense.size.y), z = static_cast<int>(at / dense.size.y);
+        for (int x = 0; x < dense.size.x; ++x) {
+            const glm::ivec3 texel(x, y, z);
+            const std::size_t place = 4 * (static_cast<std::size_t>(at) * row + static_cast<std::size_t>(x));
+            const float irradiance = light.irradiance(texel);
+            const Texel value = lightTexel(light.flux(texel), irradiance);
+            std::memcpy(&dense.light[place], &value, sizeof(value));
+            if (!coloured) continue;
+            const Texel colour = colourTexel(light.rgb(texel), irradiance);
+            std::memcpy(&dense.rgb[place], &colour, sizeof(colour));
+        }
+    });
+    dense.clamped = light.clamped();
+    return dense;
+}
+
 DenseWritten writeTextures(const std::string& path, const LightVolume& volume, TextureFormat format,
                            const std::optional<VoxelBox>& wanted) {
     OutputSet outputs;
@@ -199,9 +233,7 @@ DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const Li
                          texels([&](const glm::ivec3& t) { return lightTexel(light.flux(t), light.irradiance(t)); })});
         if (coloured) {
             files.push_back({rgb_path, header, size, sizeof(Texel), texels([&](const glm::ivec3& t) {
-                                 const glm::vec3 rgb = light.rgb(t);
-                                 return Texel{imath_float_to_half(rgb.x), imath_float_to_half(rgb.y),
-                                              imath_float_to_half(rgb.z), imath_float_to_half(light.irradiance(t))};
+                                 return colourTexel(light.rgb(t), light.irradiance(t));
                              })});
         }
     }

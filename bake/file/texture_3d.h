@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <glm/mat4x4.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bake/file/voxel_box.h"
 
@@ -26,5 +29,16 @@ DenseWritten writeTextures(const std::string& path, const LightVolume& volume, T
 /// The same as files of a set, which OutputSet::commit() renames.
 DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const LightVolume& volume, TextureFormat format,
                            const std::optional<VoxelBox>& box = {});
+
+/// The same texels in memory, for what carries them in files of its own.
+struct DenseTexels {
+    glm::ivec3 size{0};
+    glm::dmat4 world_from_texture{1.0};  ///< from texture coordinates 0..1, texel (0, 0, 0) centred at half a texel
+    std::vector<std::uint16_t> light;    ///< bits of RGBA16F, x fastest: flux x, y, z and irradiance
+    std::vector<std::uint16_t> rgb;      ///< of coloured volumes: irradiance per channel and their mean
+    std::int64_t clamped = 0;
+};
+/// @throws Error{Input} for more than 2048 texels a side
+DenseTexels denseTexels(const LightVolume& volume, const std::optional<VoxelBox>& box = {});
 
 }  // namespace photic

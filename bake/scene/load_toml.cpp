@@ -151,19 +151,29 @@ std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::st
     return out;
 }
 
+namespace {
+
+const std::vector<std::string> kSceneKeys = {"photic", "frame_rate", "domain", "light",  "surface",
+                                             "medium", "index",      "object", "camera", "bake"};
+
+double frameRateOf(const ConfigValue& root) {
+    constexpr double kUsual = 24;
+    return TableReader(root, "the scene", kSceneKeys, {"volume", "environment"})
+        .number("frame_rate", between(1e-6, 1e6, "1/s"))
+        .value_or(kUsual);
+}
+
+}  // namespace
+
 Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
                  Monitor& monitor) {
     const ConfigValue root = parseConfig(text, name);
     checkVersion(root, name);
-    const TableReader table(
-        root, "the scene",
-        {"photic", "frame_rate", "domain", "light", "surface", "medium", "index", "object", "camera", "bake"},
-        {"volume", "environment"});
+    const TableReader table(root, "the scene", kSceneKeys, {"volume", "environment"});
 
     Scene scene;
     scene.file = name, scene.frame = frame;
-    LoadContext context{name, directory, frame, table.number("frame_rate", between(1e-6, 1e6, "1/s")).value_or(24),
-                        monitor};
+    LoadContext context{name, directory, frame, frameRateOf(root), monitor};
     // What a bake uses of [bake] is hashed with its settings: another method's options change nothing.
     ConfigValue meant = root;
     std::erase_if(meant.entries, [](const ConfigEntry& entry) { return entry.key == "bake"; });
@@ -243,6 +253,11 @@ Scene loadGltfScene(const std::string& path, int frame, Monitor& monitor) {
 }
 
 }  // namespace
+
+double loadFrameRate(const std::string& path) {
+    const ConfigValue none;
+    return frameRateOf(isGltf(path) ? none : parseConfig(readFileBytes(path), path));
+}
 
 Scene loadScene(const std::string& path, int frame, Monitor& monitor) {
     const std::filesystem::path file(path);

@@ -18,7 +18,11 @@ namespace photic {
 ///         names of the schema that are not built yet are refused by name
 Scene loadScene(const std::string& path, int frame, Monitor& monitor);
 
-/// The same from text, for tests; relative files are looked up in `directory`.
+/// Frames a second [1/s] of a scene file, 24 where it does not say.
+/// @throws Error{Input} when it cannot be read
+double loadFrameRate(const std::string& path);
+
+/// loadScene() from text, for tests; relative files are looked up in `directory`.
 Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
                  Monitor& monitor);
 

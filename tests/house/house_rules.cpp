@@ -97,7 +97,9 @@ const Arrows& arrows() {
         {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics", "paths"}},  // eye rays meet what light does
         {"baker", {"methods", "scene", "field", "file", "simd"}},  // file: how a volume is going to be stored
-        {"cli", {"baker", "methods", "scene", "field", "file", "picture", "image"}},
+        {"web",
+         {"picture", "file", "scene", "field"}},  // picture: what of a receiver lies in the domain, and from where
+        {"cli", {"baker", "methods", "scene", "field", "file", "picture", "web", "image"}},
     };
     return table;
 }
