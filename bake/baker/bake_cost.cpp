@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "bake/methods/lobe_axis.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
@@ -48,7 +49,8 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     cost.needed_voxels = static_cast<std::int64_t>(voxels), cost.leaves = wholeBytes(leaves);
     cost.file_bytes = wholeBytes(values * (choices.file.half ? 2 : 4));
     // Field and grids both exist while the file is written; a leaf's place in the tables takes about 100 bytes.
-    const double field = leaves * 512 * 4 * (channels + scalars);
+    const bool two_lobes = scene.bake.lobes > 1 && grids.direction && lightCanOppose(scene);
+    const double field = leaves * 512 * 4 * (channels * (two_lobes ? 2 : 1) + scalars);
     const double writing = field + static_cast<double>(cost.file_bytes);
     cost.memory_bytes = wholeBytes(kProgramBytes + field + table * 4 + leaves * 100 + std::max(own.bytes, writing));
     cost.dearest = std::move(own.dearest);

@@ -18,9 +18,11 @@
 #include "bake/baker/version.h"
 #include "bake/field/density.h"
 #include "bake/field/grid_laws.h"
+#include "bake/field/lobes.h"
 #include "bake/field/prefilter.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/methods/lobe_axis.h"
 #include "bake/scene/plausibility.h"
 #include "bake/scene/setting_names.h"
 #include "bake/simd/instruction_set.h"
@@ -139,6 +141,7 @@ LightVolume makeVolume(const Scene& scene, std::map<std::string, std::string> me
     const GridSet& grids = scene.bake.grids;
     LightVolume volume{std::move(result.field), scene.referenceIrradiance(), grids.irradiance, grids.direction, {},
                        std::move(metadata)};
+    volume.second = std::move(result.second);
     if (grids.caustic && result.caustic) volume.scalars.emplace("caustic", std::move(*result.caustic));
     if (grids.arrival_time && result.arrival_time)
         volume.scalars.emplace("arrival_time", std::move(*result.arrival_time));
@@ -181,7 +184,10 @@ void warnOfReceiversAtTheEdge(const Scene& scene, const GridFrame& frame, Monito
 
 /// Says what of the light that is about to be handed on cannot be: the checks of `photic inspect`.
 void warnOfBrokenLaws(const LightVolume& volume, Monitor& monitor) {
-    for (const LawCheck& law : brokenLaws(volume.field)) {
+    std::vector<LawCheck> broken = brokenLaws(volume.field);
+    if (volume.second)
+        for (LawCheck& law : brokenLaws(*volume.second)) broken.push_back(std::move(law));
+    for (const LawCheck& law : broken) {
         monitor.warn(
             fmt::format("the light breaks the law '{}': {:.3g}, and at most {:.3g} is allowed; please report "
                         "this scene as a bug",
@@ -192,15 +198,18 @@ void warnOfBrokenLaws(const LightVolume& volume, Monitor& monitor) {
 /// Says what is lost where several beams meet in one voxel, which keeps one direction.
 void warnOfOpposedLight(const Scene& scene, const LightVolume& volume, Monitor& monitor) {
     // One sun through one surface keeps its direction but for the slopes of the water.
-    if (!volume.has_direction || (scene.lights.size() < 2 && scene.surfaces.size() < 2)) return;
+    if (!volume.has_direction || !lightCanOppose(scene)) return;
     constexpr double kWorthSaying = 0.05;
-    const OpposedLight opposed = opposedLight(volume.field);
+    const OpposedLight opposed = opposedLight(volume.field, volume.second ? &*volume.second : nullptr);
     if (opposed.share < kWorthSaying) return;
-    monitor.warn(
-        fmt::format("{:.2g} % of the light lies where rays cross from directions far apart, and a voxel keeps one, "
-                    "their mean: walls along it are handed too little, by up to {:.2g} % of the light that passes; "
-                    "floors are right. For the walls, bake each light into a volume of its own",
-                    100 * opposed.share, 100 * opposed.lost));
+    monitor.warn(fmt::format(
+        "{:.2g} % of the light lies where rays cross from directions far apart, and a voxel keeps {}: walls "
+        "along {} are handed too little, by up to {:.2g} % of the light that passes. For the walls, {}",
+        100 * opposed.share, volume.second ? "two" : "one, their mean", volume.second ? "them" : "it",
+        100 * opposed.lost,
+        scene.lights.size() > 1 ? "bake each light into a volume of its own"
+        : scene.bake.lobes > 1  ? "there is no cure yet"
+                                : "bake with lobes = 2"));
 }
 
 /// Says what of the light was not followed to its end, where that is more than a rim or an edge.
@@ -233,6 +242,34 @@ std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels&
     return skipped;
 }
 
+/// The scene with an axis that parts its light, where there is light to part and no axis is given.
+Scene withLobeAxis(const Scene& scene, const GridFrame& frame) {
+    Scene parted = scene;
+    BakeSettings& bake = parted.bake;
+    if (bake.lobes < 2 || !bake.grids.direction) {
+        bake.lobe_axis.reset();
+    } else if (!bake.lobe_axis) {
+        bake.lobe_axis = lobeAxis(scene, frame);
+    }
+    return parted;
+}
+
+/// Runs the method; what needs no lobe of its own joins the first.
+BakeResult bakeLobes(const Scene& parted, const Method& method, const std::shared_ptr<const NeededVoxels>& needed,
+                     const GivenOptions& options, Monitor& monitor) {
+    constexpr double kFaint = 1e-4;  // of the reference: not looked at
+    BakeResult result = method.bake(parted, needed, options, monitor);
+    if (!result.second) return result;
+    LobeFields lobes{std::move(result.field), std::move(result.second)};
+    keepOpposedLight(lobes, kFaint * parted.referenceIrradiance());
+    result.field = std::move(lobes.first), result.second = std::move(lobes.second);
+    if (result.second) {
+        const glm::dvec3& axis = *parted.bake.lobe_axis;
+        result.metadata["lobe_axis"] = fmt::format("[{},{},{}]", axis.x + 0.0, axis.y + 0.0, axis.z + 0.0);
+    }
+    return result;
+}
+
 }  // namespace
 
 BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
@@ -258,7 +295,8 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     monitor.progress("needed", 1);
     const double needed_seconds = watch.lap();
 
-    BakeResult result = method.bake(scene, needed, options, monitor);
+    const Scene parted = withLobeAxis(scene, frame);
+    BakeResult result = bakeLobes(parted, method, needed, options, monitor);
     monitor.checkCancelled();
     watch.lap();
     BakeReport& report = result.report;
@@ -273,10 +311,11 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     if (scene.bake.prefilter) {
         monitor.progress("prefilter", 0);
         prefilterForTrilinear(result.field);
+        if (result.second) prefilterForTrilinear(*result.second);
         report.seconds.emplace_back("prefilter", watch.lap());
         monitor.progress("prefilter", 1);
     }
-    report.field_bytes = result.field.bytes();
+    report.field_bytes = result.field.bytes() + (result.second ? result.second->bytes() : 0);
 
     std::optional<LightVolume> standard_error = makeStandardError(method, scene.referenceIrradiance(), result);
     if (scene.bake.grids.density) monitor.progress("density", 0);

@@ -47,9 +47,11 @@ std::string settingsText(const Scene& scene, const Method& method, const BakeCho
                   {"quadrature", bake.quadrature},
                   {"tolerance", bake.tolerance},
                   {"prefilter", bake.prefilter},
+                  {"lobes", bake.lobes},
                   {"half", choices.file.half},
                   {"compression", kCompression[static_cast<int>(choices.file.compression)]},
                   {"options", optionsOf(scene, method)}};
+    if (bake.lobe_axis) settings["lobe_axis"] = {bake.lobe_axis->x, bake.lobe_axis->y, bake.lobe_axis->z};
     if (!choices.post.empty()) settings["post"] = choices.post;
     return dump(settings);
 }

@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <span>
 
 #include "bake/field/coarsen.h"
+#include "bake/field/lobes.h"
 #include "bake/field/scene_needed_voxels.h"
 #include "bake/file/runtime_size.h"
 #include "bake/file/voxel_box.h"
@@ -19,11 +22,14 @@ namespace {
 
 constexpr int kVoxels = LightField::kLeafVoxels;
 
-/// The field's voxels that are in `kept` too.
-LightField restricted(const LightField& field, const NeededVoxels& kept) {
+/// The voxels of a field that are in `kept` too, where any of the fields has light: both lobes lie on the same.
+std::shared_ptr<const NeededVoxels> voxelsKept(std::span<const LightField* const> fields, const NeededVoxels& kept) {
+    const LightField& field = *fields.front();
     NeededVoxels needed = NeededVoxels::none(field.frame());
     for (int slot = 0; slot < field.leafCount(); ++slot) {
-        if (field.state(slot) == LeafState::Empty) continue;
+        const bool dark = std::all_of(fields.begin(), fields.end(),
+                                      [&](const LightField* f) { return f->state(slot) == LeafState::Empty; });
+        if (dark) continue;
         const glm::ivec3 origin = field.needed().leafOrigin(slot);
         const int other = kept.slotOf(origin);
         if (other < 0) continue;
@@ -32,15 +38,29 @@ LightField restricted(const LightField& field, const NeededVoxels& kept) {
         needed.addLeaf(origin, mask);
     }
     needed.finish();
-    LightField out(std::make_shared<const NeededVoxels>(std::move(needed)), field.channels());
+    return std::make_shared<const NeededVoxels>(std::move(needed));
+}
+
+LightField restricted(const LightField& field, const std::shared_ptr<const NeededVoxels>& needed) {
+    LightField out(needed, field.channels());
     forEachLeaf(out.needed(), [&](int slot) {
         const int from = field.needed().slotOf(out.needed().leafOrigin(slot));
+        if (field.state(from) == LeafState::Empty) return;
         if (field.state(from) == LeafState::Constant) {
             out.setConstant(slot, field.constant(from));
         } else {
             std::copy_n(field.dense(from), field.channels().count() * kVoxels, out.makeDense(slot));
         }
     });
+    return out;
+}
+
+/// Both lobes, on the voxels that are in `kept` too.
+LobeFields restricted(const LightField& first, const LightField* second, const NeededVoxels& kept) {
+    const std::array<const LightField*, 2> fields{&first, second};
+    const auto needed = voxelsKept({fields.data(), second != nullptr ? 2u : 1u}, kept);
+    LobeFields out{restricted(first, needed), std::nullopt};
+    if (second != nullptr) out.second = restricted(*second, needed);
     return out;
 }
 
@@ -61,20 +81,23 @@ std::vector<ExportPlan> exportPlans(const Scene* scene) {
 std::int64_t gameBytes(const LightVolume& volume, MemoryModel model) {
     if (model == MemoryModel::Runtime) return runtimeSize(volume).bytes;
     const glm::ivec3 size = StraightField(volume).box({}).size();
-    return denseTextureBytes(std::int64_t{size.x} * size.y * size.z, volume.field.channels());
+    return denseTextureBytes(std::int64_t{size.x} * size.y * size.z, volume.field.channels()) * (volume.second ? 2 : 1);
 }
 
 LightVolume planned(const LightVolume& volume, const ExportPlan& plan, const Scene* scene, Monitor& monitor) {
-    LightField field = plan.factor > 1 ? coarsened(volume.field, plan.factor, monitor)
-                                       : restricted(volume.field, volume.field.needed());
+    const LightField* second = volume.second ? &*volume.second : nullptr;
+    LobeFields lobes = plan.factor > 1 ? LobeFields{coarsened(volume.field, plan.factor, monitor), std::nullopt}
+                                       : restricted(volume.field, second, volume.field.needed());
+    if (plan.factor > 1 && second != nullptr) lobes.second = coarsened(*second, plan.factor, monitor);
     if (plan.band && scene != nullptr) {
         Scene narrowed = *scene;
         narrowed.bake.where = Where::Receivers;
         narrowed.bake.band = *plan.band;
-        field = restricted(field, sceneNeededVoxels(narrowed, field.frame(), monitor));
+        lobes = restricted(lobes.first, lobes.second ? &*lobes.second : nullptr,
+                           sceneNeededVoxels(narrowed, lobes.first.frame(), monitor));
     }
-    return {std::move(field), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
-            volume.metadata};
+    return {std::move(lobes.first), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
+            volume.metadata,        std::move(lobes.second)};
 }
 
 ExportPlan sharedPlan(const LightVolume& volume, ExportPlan plan, const Scene* scene, Monitor& monitor) {

@@ -83,6 +83,8 @@ void applyPostSteps(const std::vector<std::string>& steps, LightVolume& volume) 
 }
 
 void causticAsLight(LightVolume& volume) {
+    causticOf(volume);
+    volume = withoutLobes(std::move(volume));
     const LightField& caustic = causticOf(volume);
     LightField& light = volume.field;
     if (!light.channels().flux) {

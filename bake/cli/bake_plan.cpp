@@ -139,6 +139,7 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
     if (arguments.where) bake.where = static_cast<Where>(placeOf(*arguments.where, kWhereNames));
     if (arguments.paths) bake.paths = static_cast<Paths>(placeOf(*arguments.paths, kPathsNames));
     if (arguments.quadrature) bake.quadrature = *arguments.quadrature;
+    if (arguments.lobes) bake.lobes = *arguments.lobes;
     if (arguments.tolerance) {
         if (!(*arguments.tolerance > 0) || !std::isfinite(*arguments.tolerance)) {
             throw Error(ErrorCode::Usage, fmt::format("tolerance {} voxels; it must be above 0", *arguments.tolerance),

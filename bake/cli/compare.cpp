@@ -79,7 +79,8 @@ private:
 
 Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, double& error) {
     terminal.progress("read", 0);
-    const LightVolume a = readVdb(arguments.a), b = readVdb(arguments.b);
+    // Lobes are parted by axes of their own: what is compared is all light.
+    const LightVolume a = withoutLobes(readVdb(arguments.a)), b = withoutLobes(readVdb(arguments.b));
     terminal.checkCancelled();
     const glm::ivec3 in_a = offsetBetween(arguments, a.field.frame(), b.field.frame());
     const bool flux = a.has_direction && b.has_direction && a.field.channels().flux && b.field.channels().flux;

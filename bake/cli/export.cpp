@@ -107,6 +107,7 @@ struct Survey {
     std::vector<int> frames;           ///< of each volume, where the outputs are numbered
     /// That holds the light of all volumes. One volume needs none: its file finds it.
     std::optional<VoxelBox> box;
+    bool second_lobe = false;  ///< of any volume: files of a sequence are alike
 };
 
 /// The output's name gets the frame of each volume.
@@ -142,6 +143,7 @@ Survey surveyed(const ExportArguments& arguments, bool dense, const Selection& s
                         all[i]);
         }
         grid = volume.field.frame();
+        survey.second_lobe = survey.second_lobe || volume.second;
         output_of[all[i]] = arguments.output;
         if (numbered(arguments)) {
             frame_of[all[i]] = frameInSequence(volume, all[i]);
@@ -359,8 +361,15 @@ int run(const ExportArguments& given, Terminal& terminal) {
     for (std::size_t i = 0; i < arguments.volumes.size(); ++i) {
         terminal.progress("write", static_cast<double>(i) / static_cast<double>(arguments.volumes.size()));
         const std::string& path = arguments.volumes[i];
-        const LightVolume volume = readVdb(path);
+        LightVolume volume = readVdb(path);
         terminal.checkCancelled();
+        if (page && volume.second) {
+            terminal.warn("the page keeps one direction a voxel: walls between opposed lights look too dark in it");
+            volume = withoutLobes(std::move(volume));
+        }
+        // Dense files of a sequence are alike: a frame whose light opposes itself nowhere has a dark second lobe.
+        if (!page && survey.second_lobe && !volume.second && volume.field.channels().flux)
+            volume.second.emplace(volume.field.neededPtr(), volume.field.channels());
         std::optional<LightVolume> less;
         if (selection.plan) less.emplace(selection.of(volume, terminal));
         const LightVolume& exported = less ? *less : volume;

@@ -74,13 +74,19 @@ bool keptAround(const LightField& source, const LightField& exported, const glm:
     return true;
 }
 
-Json volumeError(const LightField& source, const LightField& exported) {
+/// What an export did to the light of one lobe or more.
+struct VolumeError {
+    Difference difference;
+    double kept = 0, all = 0;
+};
+
+void addError(const LightField& source, const LightField& exported, VolumeError& error) {
     constexpr std::int64_t kMostSamples = 1000000;
     const std::int64_t stride = source.needed().count() / kMostSamples + 1;
     const GridFrame &from = source.frame(), &to = exported.frame();
     const glm::dmat3& index_from_world = to.indexFromWorld();
-    Difference difference;
-    double kept = 0, all = 0;
+    Difference& difference = error.difference;
+    double &kept = error.kept, &all = error.all;
     std::int64_t n = 0;
     for (int slot = 0; slot < source.leafCount(); ++slot) {
         if (source.state(slot) == LeafState::Empty) continue;
@@ -102,10 +108,16 @@ Json volumeError(const LightField& source, const LightField& exported) {
             difference.add(meanOf(sample, exported.channels().irradiance), truth);
         }
     }
-    return {{"relative_l1", difference.relativeL1()},
-            {"relative_rmse", difference.relativeRmse()},
-            {"samples", static_cast<std::int64_t>(difference.count)},
-            {"light_kept", all > 0 ? kept / all : 1.0}};
+}
+
+Json volumeError(const LightVolume& source, const LightVolume& exported) {
+    VolumeError error;
+    addError(source.field, exported.field, error);
+    if (source.second && exported.second) addError(*source.second, *exported.second, error);
+    return {{"relative_l1", error.difference.relativeL1()},
+            {"relative_rmse", error.difference.relativeRmse()},
+            {"samples", static_cast<std::int64_t>(error.difference.count)},
+            {"light_kept", error.all > 0 ? error.kept / error.all : 1.0}};
 }
 
 }  // namespace
@@ -117,6 +129,7 @@ Json exportError(const LightVolume& source, const LightVolume& exported, const S
                         exported.has_direction,
                         {},
                         {}};
+    if (exported.second) rounded.second = roundedToHalves(*exported.second, exported.reference_irradiance);
     Json receivers = Json::array();
     constexpr int kTexels = 512;
     for (const std::string& name : scene != nullptr ? planarReceivers(*scene) : std::vector<std::string>{}) {
@@ -128,7 +141,7 @@ Json exportError(const LightVolume& source, const LightVolume& exported, const S
         receivers.push_back(
             {{"name", name}, {"relative_l1", difference.relativeL1()}, {"relative_rmse", difference.relativeRmse()}});
     }
-    return {{"volume", volumeError(source.field, rounded.field)}, {"receivers", receivers}};
+    return {{"volume", volumeError(source, rounded)}, {"receivers", receivers}};
 }
 
 std::string errorText(const Json& error) {

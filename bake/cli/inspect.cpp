@@ -46,19 +46,28 @@ struct GridSummary {
     }
 };
 
-std::vector<GridSummary> summarise(const LightVolume& volume) {
-    std::vector<GridSummary> grids;
-    const LightField& field = volume.field;
-    if (volume.has_irradiance) grids.push_back({"irradiance", "W/m2", field.channels().irradiance});
+/// A lobe's grids.
+/// @param suffix  of their names
+void summariseLobe(const LightVolume& volume, const LightField& field, const std::string& suffix,
+                   std::vector<GridSummary>& grids) {
+    const std::size_t irradiance_at = grids.size();
+    if (volume.has_irradiance) grids.push_back({"irradiance" + suffix, "W/m2", field.channels().irradiance});
     const std::size_t direction_at = grids.size();
     const bool has_direction = volume.has_direction && field.channels().flux;
-    if (has_direction) grids.push_back({"direction", "length", 3});
+    if (has_direction) grids.push_back({"direction" + suffix, "length", 3});
     forEachVoxel(field.needed(), [&](const glm::ivec3& voxel) {
         const double irradiance = field.irradiance(voxel);
-        if (volume.has_irradiance) grids[0].add(irradiance);
+        if (!suffix.empty() && irradiance <= 0) return;  // not in that grid
+        if (volume.has_irradiance) grids[irradiance_at].add(irradiance);
         // Where there is no light there is no direction.
         if (has_direction && irradiance > 0) grids[direction_at].add(glm::length(field.flux(voxel)) / irradiance);
     });
+}
+
+std::vector<GridSummary> summarise(const LightVolume& volume) {
+    std::vector<GridSummary> grids;
+    summariseLobe(volume, volume.field, "", grids);
+    if (volume.second) summariseLobe(volume, *volume.second, "_2", grids);
     for (const auto& [name, scalar] : volume.scalars) {
         GridSummary grid{name, name == "arrival_time" ? "m" : "", 1};
         forEachVoxel(scalar.needed(), [&, &values = scalar](const glm::ivec3& voxel) {
@@ -83,9 +92,11 @@ Json worldBounds(const GridFrame& frame) {
 }
 
 /// Sum of the irradiance (mean of the channels) x voxel volume in the file.
-double depositedInFile(const LightField& field) {
+double depositedInFile(const LightVolume& volume) {
+    const LightField& field = volume.field;
     double sum = 0;
-    for (int c = 0; c < field.channels().irradiance; ++c) sum += field.sum(c);
+    for (int c = 0; c < field.channels().irradiance; ++c)
+        sum += field.sum(c) + (volume.second ? volume.second->sum(c) : 0);
     return sum / field.channels().irradiance * field.frame().voxelVolume();
 }
 
@@ -101,7 +112,7 @@ Json checkLedgers(const LightVolume& volume, std::vector<LawCheck>& laws) {
     };
     law("power ledger closes", power.imbalance(), kFileLedgerLimit);
     law("path ledger closes", path.imbalance(), kFileLedgerLimit);
-    const PathLedger in_file{depositedInFile(volume.field), path.expected};
+    const PathLedger in_file{depositedInFile(volume), path.expected};
     // The prefilter trades neighbours' light: its sum is that of the ledger only where nothing was clamped.
     const auto prefilter = volume.metadata.find("prefilter");
     const bool comparable = volume.has_irradiance && (prefilter == volume.metadata.end() ||
@@ -165,6 +176,11 @@ int run(const InspectArguments& arguments, Terminal& terminal) {
     Json grids = Json::array();
     for (const GridSummary& grid : summarise(volume)) grids.push_back(grid.json());
     std::vector<LawCheck> laws = checkLaws(field);
+    if (volume.second)
+        for (LawCheck& law : checkLaws(*volume.second)) {
+            law.name += ", second lobe";
+            laws.push_back(std::move(law));
+        }
     const Json ledger = checkLedgers(volume, laws);
     Json law_list = Json::array();
     bool all_hold = true;
@@ -174,7 +190,11 @@ int run(const InspectArguments& arguments, Terminal& terminal) {
     }
     Json layers = Json::array();
     if (field.channels().flux && volume.has_direction) {
-        const std::vector<double> power = layerPower(field);
+        std::vector<double> power = layerPower(field);
+        if (volume.second) {
+            const std::vector<double> more = layerPower(*volume.second);
+            for (std::size_t k = 0; k < power.size(); ++k) power[k] += more[k];
+        }
         const glm::dvec3 middle = 0.5 * glm::dvec3(frame.min + frame.max);
         for (std::size_t k = 0; k < power.size(); ++k) {
             const double z = frame.worldFromIndex({middle.x, middle.y, frame.min.z + static_cast<double>(k)}).z;

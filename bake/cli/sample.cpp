@@ -101,7 +101,7 @@ std::vector<Sampled> sampleAll(const LightVolume& volume, const std::vector<Samp
             Sampled& sample = samples[static_cast<std::size_t>(i)];
             sample.place = placeOf(volume, lookup, point.position);
             if (sample.place == Place::Outside) continue;
-            sample.light = lookup.at(point.position);
+            sample.light = lookup.allAt(point.position);
             if (point.normal) sample.face_irradiance = lookup.receiverIrradiance(point.position, *point.normal);
         }
     });

@@ -121,6 +121,9 @@ void bindBake(CLI::App& app, BakeArguments& a) {
     oneOf(app.add_option("--quadrature", a.quadrature,
                          "Points across a layer of voxels (default: by the slant of the light)"),
           {"1", "2", "4"});
+    oneOf(app.add_option("--lobes", a.lobes,
+                         "Directions that a voxel keeps where light opposes itself (default: 2, where it does)"),
+          {"1", "2"});
     value(app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]"), "VOXELS");
     app.add_flag_function(
         "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },

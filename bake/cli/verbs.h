@@ -29,7 +29,7 @@ struct BakeArguments {
     std::vector<std::string> set;  ///< METHOD.OPTION=VALUE
     std::optional<std::string> method, where, paths;
     std::optional<double> voxel_size, tolerance;
-    std::optional<int> resolution, quadrature;
+    std::optional<int> resolution, quadrature, lobes;
     std::optional<bool> prefilter;
     std::vector<std::string> grids;
     std::vector<std::string> post;  ///< steps on the caustic grid (post_steps.h)

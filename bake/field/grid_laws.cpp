@@ -184,23 +184,26 @@ std::vector<LawCheck> brokenLaws(const LightField& field) {
     return laws;
 }
 
-OpposedLight opposedLight(const LightField& field) {
+OpposedLight opposedLight(const LightField& field, const LightField* second) {
     constexpr double kShort = 0.9;
     constexpr int kLeaves = 2048;
     if (!field.channels().flux) return {};
     const auto f = static_cast<std::size_t>(field.channels().irradiance);
     double light = 0, opposed = 0, lost = 0;
     const int step = std::max(1, field.leafCount() / kLeaves);
-    for (int slot = 0; slot < field.leafCount(); slot += step)
-        forEachLitVoxel(field, slot, [&](int, const std::array<float, 8>& v) {
-            const double mean = meanIrradiance(field, v);
-            if (!(mean > 0)) return;
-            light += mean;
-            const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2])) / mean;
-            if (length >= kShort) return;
-            opposed += mean;
-            lost += 0.5 * mean * std::sqrt(1 - length * length);
-        });
+    for (const LightField* lobe : {&field, second}) {
+        if (lobe == nullptr) continue;
+        for (int slot = 0; slot < lobe->leafCount(); slot += step)
+            forEachLitVoxel(*lobe, slot, [&](int, const std::array<float, 8>& v) {
+                const double mean = meanIrradiance(*lobe, v);
+                if (!(mean > 0)) return;
+                light += mean;
+                const double length = glm::length(glm::dvec3(v[f], v[f + 1], v[f + 2])) / mean;
+                if (length >= kShort) return;
+                opposed += mean;
+                lost += 0.5 * mean * std::sqrt(1 - length * length);
+            });
+    }
     return light > 0 ? OpposedLight{opposed / light, opposed > 0 ? lost / opposed : 0} : OpposedLight{};
 }
 

@@ -32,10 +32,11 @@ std::vector<LawCheck> brokenLaws(const LightField& field);
 /// shorter the more they differ. A wall along that mean is lit by beams from its side alone, and is handed none of
 /// them.
 struct OpposedLight {
-    double share = 0;  ///< of the light, in voxels whose mean direction is shorter than 0.9
+    double share = 0;  ///< of the light, in lobes of voxels whose mean direction is shorter than 0.9
     double lost = 0;  ///< of the light there, what such a wall is not handed: beams alike and 2 a apart give sin(a) / 2
 };
 /// Of some two thousand leaves, spread over the field.
-OpposedLight opposedLight(const LightField& field);
+/// @param second  the field's second lobe, or null
+OpposedLight opposedLight(const LightField& field, const LightField* second = nullptr);
 
 }  // namespace photic

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <iterator>
 
 #include "bake/field/needed_voxels.h"
 #include "runtime/format/light_volume_format.h"
@@ -15,11 +16,16 @@ namespace {
 constexpr int kVoxels = LightField::kLeafVoxels;
 
 // Voxels of a leaf with more than `threshold`, among those needed.
-NeededVoxels::Mask above(const LightField& field, int slot, float threshold) {
+NeededVoxels::Mask above(const LightField& field, const LightField* second, int slot, float threshold) {
     NeededVoxels::Mask mask{};
-    if (field.state(slot) == LeafState::Empty) return mask;
-    std::array<float, kVoxels> mean;
-    meanIrradiance(field, slot, mean.data());
+    const bool two = second != nullptr && second->state(slot) != LeafState::Empty;
+    if (!two && field.state(slot) == LeafState::Empty) return mask;
+    std::array<float, kVoxels> mean{}, other;
+    if (field.state(slot) != LeafState::Empty) meanIrradiance(field, slot, mean.data());
+    if (two) {
+        meanIrradiance(*second, slot, other.data());
+        for (std::size_t i = 0; i < kVoxels; ++i) mean[i] += other[i];
+    }
     const auto& needed = field.needed().mask(slot);
     for (std::size_t word = 0; word < 8; ++word) {
         std::uint64_t bits = 0;
@@ -55,10 +61,11 @@ void meanIrradiance(const LightField& field, int slot, float* mean) {
 
 std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by) {
     const LightField& field = volume.field;
+    const LightField* second = volume.second ? &*volume.second : nullptr;
     std::vector<NeededVoxels::Mask> masks(static_cast<std::size_t>(field.leafCount()));
     const auto threshold = static_cast<float>(double(format::kActiveAbove) * volume.reference_irradiance);
     forEachLeaf(field.needed(),
-                [&](int slot) { masks[static_cast<std::size_t>(slot)] = above(field, slot, threshold); });
+                [&](int slot) { masks[static_cast<std::size_t>(slot)] = above(field, second, slot, threshold); });
 
     // Density may reach where no light does.
     std::vector<ActiveLeaf> leaves;
@@ -66,7 +73,7 @@ std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by) {
         by == ActiveBy::LightOrMedium && density != volume.scalars.end()) {
         const LightField& medium = density->second;
         for (int slot = 0; slot < medium.leafCount(); ++slot) {
-            const auto mask = above(medium, slot, format::kActiveAbove);
+            const auto mask = above(medium, nullptr, slot, format::kActiveAbove);
             if (bitsIn(mask) == 0) continue;
             const int at = field.needed().slotOf(medium.needed().leafOrigin(slot));
             if (at < 0)
@@ -86,6 +93,15 @@ std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by) {
         leaves.push_back({glm::ivec3(voxel.x & ~7, voxel.y & ~7, voxel.z & ~7), field.needed().slotOf(voxel), one});
     }
     return leaves;
+}
+
+std::vector<ActiveLeaf> secondLobeLeaves(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves) {
+    std::vector<ActiveLeaf> second;
+    if (volume.second)
+        std::copy_if(leaves.begin(), leaves.end(), std::back_inserter(second), [&](const ActiveLeaf& leaf) {
+            return leaf.slot >= 0 && volume.second->state(leaf.slot) != LeafState::Empty;
+        });
+    return second;
 }
 
 }  // namespace photic

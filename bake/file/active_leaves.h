@@ -23,6 +23,9 @@ enum class ActiveBy { Light, LightOrMedium };
 /// a fixed order; one dark voxel when there are none.
 std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by);
 
+/// Those of a volume's leaves where its second lobe has light.
+std::vector<ActiveLeaf> secondLobeLeaves(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves);
+
 /// Mean irradiance over the channels [W/m2] of the 512 voxels of a leaf that is not Empty.
 void meanIrradiance(const LightField& field, int slot, float* mean);
 

@@ -135,54 +135,92 @@ Handle buildGrid(const std::string& name, const GridFrame& frame, const std::vec
     return handle;
 }
 
-std::vector<Handle> gridsOf(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves, NvdbPrecision precision,
-                            std::int64_t& clamped) {
-    const LightField& field = volume.field;
-    const auto scale = static_cast<float>(1 / volume.reference_irradiance);
-    std::string blind = runtimeMetadata(volume).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-    auto light = std::make_unique<LeafLight>();
-    std::vector<Handle> grids;
-    // Each value is read for one grid or more; the first pass counts what is cut.
-    bool counted = false;
-    const auto readLeaf = [&](const ActiveLeaf& leaf) {
-        const std::int64_t cut = light->read(field, leaf.slot, scale);
-        if (!counted) clamped += cut;
-    };
-    const bool coloured = field.channels().irradiance == 3;
-    if (precision == NvdbPrecision::Float) {
-        grids.push_back(buildGrid<nanovdb::Vec4f, nanovdb::Vec4f>(
-            "flux", field.frame(), leaves, blind, [&](const ActiveLeaf& leaf, nanovdb::Vec4f* values) {
-                readLeaf(leaf);
-                for (std::size_t i = 0; i < kVoxels; ++i)
-                    values[i] =
-                        nanovdb::Vec4f(light->flux[0][i], light->flux[1][i], light->flux[2][i], light->irradiance[i]);
-            }));
-        counted = true;
-        if (coloured) {
-            grids.push_back(buildGrid<nanovdb::Vec3f, nanovdb::Vec3f>(
-                "irradiance_rgb", field.frame(), leaves, {}, [&](const ActiveLeaf& leaf, nanovdb::Vec3f* values) {
-                    readLeaf(leaf);
-                    for (std::size_t i = 0; i < kVoxels; ++i)
-                        values[i] = nanovdb::Vec3f(light->rgb[0][i], light->rgb[1][i], light->rgb[2][i]);
-                }));
+/// The grids of one lobe.
+class LobeGrids {
+public:
+    /// @param suffix  of the grids' names
+    /// @param blind   text that the first of them carries
+    LobeGrids(const LightField& field, double reference, const std::vector<ActiveLeaf>& leaves, std::string suffix,
+              std::string blind)
+        : field_(field),
+          scale_(static_cast<float>(1 / reference)),
+          leaves_(leaves),
+          suffix_(std::move(suffix)),
+          blind_(std::move(blind)) {}
+
+    /// @param clamped  counts values that were cut
+    std::vector<Handle> make(NvdbPrecision precision, std::int64_t& clamped) {
+        std::vector<Handle> grids;
+        const bool coloured = field_.channels().irradiance == 3;
+        if (precision == NvdbPrecision::Float) {
+            add<nanovdb::Vec4f, nanovdb::Vec4f>(grids, "flux", [&](std::size_t i) {
+                return nanovdb::Vec4f(light_->flux[0][i], light_->flux[1][i], light_->flux[2][i],
+                                      light_->irradiance[i]);
+            });
+            if (coloured)
+                add<nanovdb::Vec3f, nanovdb::Vec3f>(grids, "irradiance_rgb", [&](std::size_t i) {
+                    return nanovdb::Vec3f(light_->rgb[0][i], light_->rgb[1][i], light_->rgb[2][i]);
+                });
+        } else {
+            const auto addChannel = [&](const char* name, const std::array<float, kVoxels>& channel) {
+                add<float, nanovdb::Fp16>(grids, name, [&](std::size_t i) { return channel[i]; });
+            };
+            addChannel("irradiance", light_->irradiance);
+            constexpr const char* kFlux[] = {"flux_x", "flux_y", "flux_z"};
+            for (std::size_t a = 0; a < 3; ++a) addChannel(kFlux[a], light_->flux[a]);
+            constexpr const char* kColours[] = {"irradiance_r", "irradiance_g", "irradiance_b"};
+            for (std::size_t c = 0; coloured && c < 3; ++c) addChannel(kColours[c], light_->rgb[c]);
         }
+        clamped += clamped_;
         return grids;
     }
-    const auto add = [&](const char* name, const std::array<float, kVoxels>& channel) {
-        grids.push_back(buildGrid<float, nanovdb::Fp16>(name, field.frame(), leaves,
-                                                        grids.empty() ? blind : std::string(),
-                                                        [&](const ActiveLeaf& leaf, float* values) {
-                                                            readLeaf(leaf);
-                                                            std::copy(channel.begin(), channel.end(), values);
-                                                        }));
-        counted = true;
+
+private:
+    template <class Value, class Build, class ValueOf>
+    void add(std::vector<Handle>& grids, const std::string& name, const ValueOf& valueOf) {
+        const auto fill = [&](const ActiveLeaf& leaf, Value* values) {
+            // Each value is read for one grid or more; the first pass counts what is cut.
+            const std::int64_t cut = light_->read(field_, leaf.slot, scale_);
+            if (grids.empty()) clamped_ += cut;
+            for (std::size_t i = 0; i < kVoxels; ++i) values[i] = valueOf(i);
+        };
+        grids.push_back(buildGrid<Value, Build>(name + suffix_, field_.frame(), leaves_,
+                                                grids.empty() ? blind_ : std::string(), fill));
+    }
+
+    const LightField& field_;
+    float scale_;
+    const std::vector<ActiveLeaf>& leaves_;
+    std::string suffix_, blind_;
+    std::unique_ptr<LeafLight> light_ = std::make_unique<LeafLight>();
+    std::int64_t clamped_ = 0;
+};
+
+/// What is written, and how many voxels a reader must find active in each grid.
+struct FileGrids {
+    std::vector<Handle> grids;
+    std::vector<std::int64_t> active;
+};
+
+FileGrids gridsOf(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves, NvdbPrecision precision,
+                  std::int64_t& clamped) {
+    const std::string blind =
+        runtimeMetadata(volume).dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+    FileGrids file;
+    const auto addLobe = [&](const LightField& field, const std::vector<ActiveLeaf>& where, const char* suffix,
+                             const std::string& text) {
+        std::int64_t active = 0;
+        for (const ActiveLeaf& leaf : where) active += leaf.count();
+        for (Handle& grid :
+             LobeGrids(field, volume.reference_irradiance, where, suffix, text).make(precision, clamped)) {
+            file.grids.push_back(std::move(grid));
+            file.active.push_back(active);
+        }
     };
-    add("irradiance", light->irradiance);
-    constexpr const char* kFlux[] = {"flux_x", "flux_y", "flux_z"};
-    for (std::size_t a = 0; a < 3; ++a) add(kFlux[a], light->flux[a]);
-    constexpr const char* kColours[] = {"irradiance_r", "irradiance_g", "irradiance_b"};
-    for (std::size_t c = 0; coloured && c < 3; ++c) add(kColours[c], light->rgb[c]);
-    return grids;
+    addLobe(volume.field, leaves, "", blind);
+    if (const std::vector<ActiveLeaf> second = secondLobeLeaves(volume, leaves); !second.empty())
+        addLobe(*volume.second, second, "_2", {});
+    return file;
 }
 
 nanovdb::io::Codec codecOf(NvdbCodec codec) {
@@ -198,11 +236,11 @@ nanovdb::io::Codec codecOf(NvdbCodec codec) {
 }
 
 // What a reader sees first: every grid with every active voxel.
-bool readsBack(const std::string& path, std::size_t grids, std::int64_t active) {
+bool readsBack(const std::string& path, const std::vector<std::int64_t>& active) {
     const auto found = nanovdb::io::readGridMetaData(path);
-    return found.size() == grids && std::all_of(found.begin(), found.end(), [&](const auto& m) {
-               return static_cast<std::int64_t>(m.voxelCount) == active;
-           });
+    return std::equal(found.begin(), found.end(), active.begin(), active.end(), [](const auto& m, std::int64_t count) {
+        return static_cast<std::int64_t>(m.voxelCount) == count;
+    });
 }
 
 }  // namespace
@@ -221,10 +259,10 @@ NvdbWritten writeNvdb(OutputSet& outputs, const std::string& path, const LightVo
         NvdbWritten written;
         const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::Light);
         for (const ActiveLeaf& leaf : leaves) written.active_voxels += leaf.count();
-        const std::vector<Handle> grids = gridsOf(volume, leaves, options.precision, written.clamped);
-        nanovdb::io::writeGrids(file.stream(), grids, codecOf(options.codec));
+        const FileGrids grids = gridsOf(volume, leaves, options.precision, written.clamped);
+        nanovdb::io::writeGrids(file.stream(), grids.grids, codecOf(options.codec));
         file.finish();
-        if (!readsBack(file.temporaryPath(), grids.size(), written.active_voxels)) file.fail(0);
+        if (!readsBack(file.temporaryPath(), grids.active)) file.fail(0);
         return written;
     } catch (const std::ios_base::failure&) {
         file.fail(file.buffer().failure());

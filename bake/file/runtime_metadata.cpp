@@ -33,7 +33,7 @@ Json runtimeMetadata(const LightVolume& volume) {
     for (const char* key : {"ior", "frame"}) addNumbers(volume, key, json);
     json["up_axis"] = "Z";
     for (const char* key : {"method", "paths", "scene_hash"}) addText(volume, key, json);
-    for (const char* key : {"scattering", "absorption", "anisotropy", "period", "water_level"})
+    for (const char* key : {"scattering", "absorption", "anisotropy", "period", "water_level", "lobe_axis"})
         addNumbers(volume, key, json);
     return json;
 }

@@ -31,17 +31,12 @@ std::int64_t atlasBricks(std::int64_t count) {
     return side * y * ((count + side * y - 1) / (side * y));
 }
 
-}  // namespace
-
-std::int64_t denseTextureBytes(std::int64_t texels, FieldChannels channels) {
-    return texels * kTexelBytes * (channels.irradiance == 3 ? 2 : 1);
-}
-
-RuntimeSize runtimeSize(const LightVolume& volume) {
+/// Of the volume that these leaves make.
+RuntimeSize sizeOf(const std::vector<ActiveLeaf>& leaves, FieldChannels channels) {
     const std::array<NeededVoxels::Mask, 3> sides{nearSide(0), nearSide(1), nearSide(2)};
     std::vector<std::array<int, 3>> pages;
     glm::ivec3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
-    for (const ActiveLeaf& leaf : activeLeaves(volume, ActiveBy::Light)) {
+    for (const ActiveLeaf& leaf : leaves) {
         const glm::ivec3 page = leaf.origin / 8;  // exact: a multiple
         // The page itself, and those before it whose far side reads this leaf's near side.
         for (int n = 0; n < 8; ++n) {
@@ -74,8 +69,26 @@ RuntimeSize runtimeSize(const LightVolume& volume) {
     const double fill = static_cast<double>(size.bricks) / static_cast<double>(size.pages);
     size.dense = fill > kDenseAbove;
     const std::int64_t brick_texels = atlasBricks(size.bricks + 1) * kBrickVoxels;  // brick 0 is dark
-    size.bytes =
-        size.pages * kPageBytes + denseTextureBytes(size.dense ? texels : brick_texels, volume.field.channels());
+    size.bytes = size.pages * kPageBytes + denseTextureBytes(size.dense ? texels : brick_texels, channels);
+    return size;
+}
+
+}  // namespace
+
+std::int64_t denseTextureBytes(std::int64_t texels, FieldChannels channels) {
+    return texels * kTexelBytes * (channels.irradiance == 3 ? 2 : 1);
+}
+
+RuntimeSize runtimeSize(const LightVolume& volume) {
+    const FieldChannels channels = volume.field.channels();
+    const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::Light);
+    RuntimeSize size = sizeOf(leaves, channels);
+    const std::vector<ActiveLeaf> second = secondLobeLeaves(volume, leaves);
+    if (!second.empty()) {
+        // A volume of its own.
+        const RuntimeSize more = sizeOf(second, channels);
+        size.bricks += more.bricks, size.pages += more.pages, size.bytes += more.bytes;
+    }
     return size;
 }
 

@@ -107,12 +107,18 @@ DenseWritten writeSliceAtlas(OutputSet& outputs, const std::string& path, const 
 
     const std::string rgb_path = partPath(path, "_rgb"), sidecar_path = sidecarPath(path);
     if (coloured) outputs.writesBeside("the atlas of the colours", rgb_path, isTexture);
+    const LightField* second = straight.second();
+    const std::string second_path = partPath(path, "_2"), second_rgb_path = partPath(path, "_2_rgb");
+    if (second) outputs.writesBeside("the atlas of the second lobe", second_path, isTexture);
+    if (second && coloured) outputs.writesBeside("the atlas of the second lobe's colours", second_rgb_path, isTexture);
     const glm::dvec3 origin = frame.worldFromIndex(box.min);
     const glm::dvec3 a = origin - 0.5 * voxel, b = frame.worldFromIndex(box.max) + 0.5 * voxel;
     nlohmann::json json = {
         {"photic_atlas", format::kAtlasVersion},
         {"image", nameOf(path)},
         {"rgb_image", coloured ? nlohmann::json(nameOf(rgb_path)) : nlohmann::json(nullptr)},
+        {"image_2", second ? nlohmann::json(nameOf(second_path)) : nlohmann::json(nullptr)},
+        {"rgb_image_2", second && coloured ? nlohmann::json(nameOf(second_rgb_path)) : nlohmann::json(nullptr)},
         {"width", layout.columns * size.x},
         {"height", layout.rows * size.y},
         {"columns", layout.columns},
@@ -136,17 +142,17 @@ DenseWritten writeSliceAtlas(OutputSet& outputs, const std::string& path, const 
         {"metadata", volume.metadata}};
 
     // The sidecar last: a reader that finds it finds the images too.
-    DenseWritten written{{path}, size, 0};
+    DenseWritten written{{}, size, 0};
     std::atomic<std::int64_t> clamped{0};
-    const auto write = [&](const std::string& file, bool rgb) {
+    const auto write = [&](const LightField& lobe, const std::string& file, bool rgb) {
         outputs.write(file,
-                      encodeExr(file, atlasImage(field, box, layout, reference, rgb, clamped), ChannelDepth::Half));
+                      encodeExr(file, atlasImage(lobe, box, layout, reference, rgb, clamped), ChannelDepth::Half));
+        written.files.push_back(file);
     };
-    write(path, false);
-    if (coloured) {
-        write(rgb_path, true);
-        written.files.push_back(rgb_path);
-    }
+    write(field, path, false);
+    if (coloured) write(field, rgb_path, true);
+    if (second) write(*second, second_path, false);
+    if (second && coloured) write(*second, second_rgb_path, true);
     written.clamped = clamped;
     written.files.push_back(sidecar_path);
     outputs.write(sidecar_path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");

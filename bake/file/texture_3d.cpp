@@ -154,6 +154,43 @@ glm::dmat4 turned(const glm::dmat4& m) {
     return swap * m * swap;
 }
 
+// Where the textures of a lobe go.
+struct LobePaths {
+    std::string light, rgb, flux;
+};
+LobePaths firstPaths(const std::string& path) { return {path, partPath(path, "_rgb"), partPath(path, "_flux")}; }
+LobePaths secondPaths(const std::string& path) {
+    return {partPath(path, "_2"), partPath(path, "_2_rgb"), partPath(path, "_2_flux")};
+}
+
+// The textures of a lobe for Unity; `light` must outlive them.
+std::vector<TextureFile> unityFiles(const LobePaths& paths, const BoxLight& light, bool coloured) {
+    const glm::ivec3 own = turned(light.size());
+    std::vector<TextureFile> files;
+    files.push_back({paths.light, vfHeader(own, 'F'), own, sizeof(float),
+                     texels([&light](const glm::ivec3& t) { return light.irradiance(turned(t)); })});
+    files.push_back({paths.flux, vfHeader(own, 'V'), own, sizeof(glm::vec3),
+                     texels([&light](const glm::ivec3& t) { return turned(light.flux(turned(t))); })});
+    if (coloured)
+        files.push_back({paths.rgb, vfHeader(own, 'V'), own, sizeof(glm::vec3),
+                         texels([&light](const glm::ivec3& t) { return light.rgb(turned(t)); })});
+    return files;
+}
+
+// The textures of a lobe of half floats; `light` must outlive them.
+std::vector<TextureFile> lobeFiles(const LobePaths& paths, const std::string& header, const BoxLight& light,
+                                   bool coloured) {
+    std::vector<TextureFile> files;
+    files.push_back({paths.light, header, light.size(), sizeof(Texel),
+                     texels([&light](const glm::ivec3& t) { return lightTexel(light.flux(t), light.irradiance(t)); })});
+    if (coloured) {
+        files.push_back({paths.rgb, header, light.size(), sizeof(Texel), texels([&light](const glm::ivec3& t) {
+                             return colourTexel(light.rgb(t), light.irradiance(t));
+                         })});
+    }
+    return files;
+}
+
 }  // namespace
 
 DenseTexels denseTexels(const LightVolume& volume, const std::optional<VoxelBox>& wanted) {
@@ -197,49 +234,49 @@ DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const Li
     const StraightField straight(volume);
     const GridFrame& frame = straight.field().frame();
     const BoxLight light(straight.field(), straight.box(wanted), volume.reference_irradiance);
+    std::optional<BoxLight> second;
+    if (straight.second()) second.emplace(*straight.second(), light.box(), volume.reference_irradiance);
     const glm::ivec3 size = light.size();
     const glm::dvec3 voxel(frame.worldFromIndex()[0].x, frame.worldFromIndex()[1].y, frame.worldFromIndex()[2].z);
     refuseLarge(size, voxel.x);
     const bool coloured = straight.field().channels().irradiance == 3, unity = format == TextureFormat::UnityVf;
     const glm::dmat4 world = worldFromTexture(frame, light.box());
 
-    const std::string rgb_path = partPath(path, "_rgb"), flux_path = partPath(path, "_flux");
-    if (coloured) outputs.writesBeside("the texture of the colours", rgb_path, isTexture);
-    if (unity) outputs.writesBeside("the texture of the flux", flux_path, isTexture);
+    const LobePaths paths = firstPaths(path), second_paths = secondPaths(path);
+    const auto announce = [&](const LobePaths& of) {
+        if (&of != &paths) outputs.writesBeside("the texture of the second lobe", of.light, isTexture);
+        if (coloured) outputs.writesBeside("the texture of the colours", of.rgb, isTexture);
+        if (unity) outputs.writesBeside("the texture of the flux", of.flux, isTexture);
+    };
+    announce(paths);
+    if (second) announce(second_paths);
     Json json = runtimeMetadata(volume);
     json["world_from_texture"] = rowsOf(unity ? turned(world) : world);
     json["texture_size"] = unity ? Json{size.x, size.z, size.y} : Json{size.x, size.y, size.z};
     json["resampled"] = straight.resampled();
     if (unity) json["up_axis"] = "Y";
     json["handedness"] = unity ? "left" : "right";
+    const auto name = [](const LobePaths& of, const std::string LobePaths::*which, bool there) {
+        return there ? Json(nameOf(of.*which)) : Json(nullptr);
+    };
     json["texture"] = nameOf(path);
-    json["flux_texture"] = unity ? Json(nameOf(flux_path)) : Json(nullptr);
-    json["rgb_texture"] = coloured ? Json(nameOf(rgb_path)) : Json(nullptr);
+    json["flux_texture"] = name(paths, &LobePaths::flux, unity);
+    json["rgb_texture"] = name(paths, &LobePaths::rgb, coloured);
+    json["texture_2"] = name(second_paths, &LobePaths::light, second.has_value());
+    json["flux_texture_2"] = name(second_paths, &LobePaths::flux, second && unity);
+    json["rgb_texture_2"] = name(second_paths, &LobePaths::rgb, second && coloured);
     const std::string metadata = json.dump(-1, ' ', false, Json::error_handler_t::replace);
 
-    std::vector<TextureFile> files;
-    if (unity) {
-        const glm::ivec3 own = turned(size);
-        files.push_back({path, vfHeader(own, 'F'), own, sizeof(float),
-                         texels([&](const glm::ivec3& t) { return light.irradiance(turned(t)); })});
-        files.push_back({flux_path, vfHeader(own, 'V'), own, sizeof(glm::vec3),
-                         texels([&](const glm::ivec3& t) { return turned(light.flux(turned(t))); })});
-        if (coloured)
-            files.push_back({rgb_path, vfHeader(own, 'V'), own, sizeof(glm::vec3),
-                             texels([&](const glm::ivec3& t) { return light.rgb(turned(t)); })});
-    } else {
-        const std::string header = format == TextureFormat::Ktx2 ? ktx2Header(size, metadata) : ddsHeader(size);
-        files.push_back({path, header, size, sizeof(Texel),
-                         texels([&](const glm::ivec3& t) { return lightTexel(light.flux(t), light.irradiance(t)); })});
-        if (coloured) {
-            files.push_back({rgb_path, header, size, sizeof(Texel), texels([&](const glm::ivec3& t) {
-                                 return colourTexel(light.rgb(t), light.irradiance(t));
-                             })});
-        }
-    }
+    const std::string header = format == TextureFormat::Ktx2 ? ktx2Header(size, metadata) : ddsHeader(size);
+    std::vector<TextureFile> files =
+        unity ? unityFiles(paths, light, coloured) : lobeFiles(paths, header, light, coloured);
+    if (second)
+        for (TextureFile& file :
+             unity ? unityFiles(second_paths, *second, coloured) : lobeFiles(second_paths, header, *second, coloured))
+            files.push_back(std::move(file));
     writeAll(outputs, files);
 
-    DenseWritten written{{}, size, light.clamped()};
+    DenseWritten written{{}, size, light.clamped() + (second ? second->clamped() : 0)};
     for (const TextureFile& file : files) written.files.push_back(file.path);
     if (format != TextureFormat::Ktx2) {
         // The sidecar last: a reader that finds it finds the textures too.

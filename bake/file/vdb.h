@@ -28,11 +28,18 @@ struct LightVolume {
     bool has_irradiance = true, has_direction = true;
     std::map<std::string, LightField> scalars;    ///< "caustic", "density", "arrival_time": one channel, no flux
     std::map<std::string, std::string> metadata;  ///< version, method, options, ledger (JSON) ...
+    /// The second lobe, on the same voxels as `field`, which then holds the first: light that travels against the axis
+    /// `lobe_axis` of the metadata, where light opposes itself. All light is the sum of both.
+    std::optional<LightField> second = {};
 };
 
-/// Writes `irradiance`, `direction` and the scalars on one transform and one topology (active: irradiance or density
-/// above 1e-6 of the reference, at least one leaf always). Serialises to memory-checked stream, temporary name beside
-/// `path`, fsync, read back, rename: on any failure the old file is intact and nothing else is left.
+/// The volume with all light in one lobe.
+LightVolume withoutLobes(LightVolume volume);
+
+/// Writes `irradiance`, `direction` and the scalars on one transform and one topology (active: irradiance of all light
+/// or density above 1e-6 of the reference, at least one leaf always), and the second lobe where it has light.
+/// Serialises to memory-checked stream, temporary name beside `path`, fsync, read back, rename: on any failure the old
+/// file is intact and nothing else is left.
 /// @throws Error{Failed} (full disk, no permission)
 /// @return number of active voxels
 std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const VdbOptions& options);

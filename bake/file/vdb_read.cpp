@@ -113,7 +113,7 @@ struct KnownGrid {
 
 // The grids that make a light volume; empty where there is none.
 struct KnownGrids {
-    KnownGrid irradiance, direction;
+    KnownGrid irradiance, direction, irradiance_2, direction_2;
     std::map<std::string, KnownGrid> scalars;
     std::vector<KnownGrid*> all;  // in the file's order
 };
@@ -139,6 +139,12 @@ void findGrids(const std::string& path, std::vector<VdbGrid>& grids, KnownGrids&
         } else if (grid.name == format::kDirection) {
             need(grid, grid.components == 3, "vec3s");
             as = &known.direction;
+        } else if (grid.name == format::kIrradiance2) {
+            need(grid, grid.components != 0, "float or vec3s");
+            as = &known.irradiance_2;
+        } else if (grid.name == format::kDirection2) {
+            need(grid, grid.components == 3, "vec3s");
+            as = &known.direction_2;
         } else if (grid.name == format::kCaustic || grid.name == format::kArrivalTime ||
                    grid.name == format::kDensity) {
             need(grid, grid.components == 1, "float");
@@ -150,6 +156,10 @@ void findGrids(const std::string& path, std::vector<VdbGrid>& grids, KnownGrids&
         if (!*as) known.all.push_back(as);
         as->grid = &grid;
     }
+    if (known.irradiance_2 && !(known.irradiance && known.direction_2 && known.direction &&
+                                known.irradiance.grid->components == known.irradiance_2.grid->components))
+        refuse(path, fmt::format("{} is a second lobe, which needs {}, {} and {} with as many channels",
+                                 format::kIrradiance2, format::kDirection2, format::kIrradiance, format::kDirection));
     if (!known.irradiance && known.scalars.empty())
         refuse(path, fmt::format("it holds no light: looked for irradiance, density, caustic or arrival_time, found {}",
                                  gridNames(grids)));
@@ -210,21 +220,21 @@ void readLeaf(const VdbGrid& grid, const VdbLeaf& leaf, float scale, float* out)
     }
 }
 
-void fillLight(LightField& field, const KnownGrids& known, float reference) {
+void fillLight(LightField& field, const KnownGrid& irradiance_grid, const KnownGrid& direction_grid, float reference) {
     const int colours = field.channels().irradiance;
     forEachLeaf(field.needed(), [&](int slot) {
-        const VdbLeaf *irradiance = known.irradiance.leafAt(slot), *direction = known.direction.leafAt(slot);
+        const VdbLeaf *irradiance = irradiance_grid.leafAt(slot), *direction = direction_grid.leafAt(slot);
         if (irradiance == nullptr) return;
         bool was_empty = false;
         float* data = field.makeDenseUninitialised(slot, was_empty);
         float* flux = data + colours * kVoxels;
-        readLeaf(*known.irradiance.grid, *irradiance, reference, data);
+        readLeaf(*irradiance_grid.grid, *irradiance, reference, data);
         if (!field.channels().flux) return;
         if (direction == nullptr) {
             std::fill_n(flux, 3 * kVoxels, 0.0f);
             return;
         }
-        readLeaf(*known.direction.grid, *direction, 1, flux);
+        readLeaf(*direction_grid.grid, *direction, 1, flux);
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < kVoxels; ++i) {
                 const float mean =
@@ -286,7 +296,11 @@ LightVolume readVdb(const std::string& path) {
                            static_cast<bool>(known.direction),
                            {},
                            std::move(metadata)};
-        fillLight(volume.field, known, static_cast<float>(reference));
+        fillLight(volume.field, known.irradiance, known.direction, static_cast<float>(reference));
+        if (known.irradiance_2) {
+            volume.second.emplace(needed, volume.field.channels());
+            fillLight(*volume.second, known.irradiance_2, known.direction_2, static_cast<float>(reference));
+        }
         for (const auto& [name, grid] : known.scalars) volume.scalars.emplace(name, scalarField(grid, needed));
         return volume;
     } catch (const VolumeFault& fault) {

@@ -40,6 +40,7 @@ using LeafValues = std::function<void(const ActiveLeaf&, float* values)>;
 struct GridSource {
     VdbGridLayout layout;
     LeafValues values;
+    const std::vector<ActiveLeaf>* leaves;
 };
 
 /// One channel of a leaf that is not Empty: 512 values, `constant` where it has but one.
@@ -52,10 +53,9 @@ const float* channelOf(const LightField& field, int slot, int channel, std::arra
 
 bool isLit(const LightField& field, int slot) { return slot >= 0 && field.state(slot) != LeafState::Empty; }
 
-LeafValues irradianceValues(const LightVolume& volume, std::atomic<std::int64_t>& clamped) {
-    return [&volume, &clamped](const ActiveLeaf& leaf, float* values) {
-        const LightField& field = volume.field;
-        const auto scale = static_cast<float>(1 / volume.reference_irradiance);
+LeafValues irradianceValues(const LightField& field, double reference, std::atomic<std::int64_t>& clamped) {
+    return [&field, reference, &clamped](const ActiveLeaf& leaf, float* values) {
+        const auto scale = static_cast<float>(1 / reference);
         const int colours = field.channels().irradiance;
         if (!isLit(field, leaf.slot)) {
             std::fill_n(values, kVoxels * colours, 0.0f);
@@ -71,9 +71,8 @@ LeafValues irradianceValues(const LightVolume& volume, std::atomic<std::int64_t>
     };
 }
 
-LeafValues directionValues(const LightVolume& volume, bool half) {
-    return [&volume, half](const ActiveLeaf& leaf, float* values) {
-        const LightField& field = volume.field;
+LeafValues directionValues(const LightField& field, bool half) {
+    return [&field, half](const ActiveLeaf& leaf, float* values) {
         if (!isLit(field, leaf.slot)) {
             std::fill_n(values, kVoxels * 3, 0.0f);
             return;
@@ -249,26 +248,46 @@ private:
     std::vector<Part> parts_;
 };
 
-std::vector<GridSource> gridsOf(const LightVolume& volume, const VdbOptions& options,
+/// The leaves of a file, and those of them where the second lobe has light.
+struct FileLeaves {
+    std::vector<ActiveLeaf> all, second;
+};
+
+FileLeaves leavesOf(const LightVolume& volume) {
+    FileLeaves leaves{activeLeaves(volume, ActiveBy::LightOrMedium), {}};
+    std::sort(leaves.all.begin(), leaves.all.end(),
+              [](const ActiveLeaf& a, const ActiveLeaf& b) { return beforeInTree(a.origin, b.origin); });
+    leaves.second = secondLobeLeaves(volume, leaves.all);
+    return leaves;
+}
+
+std::vector<GridSource> gridsOf(const LightVolume& volume, const FileLeaves& leaves, const VdbOptions& options,
                                 std::atomic<std::int64_t>& clamped) {
     VdbGridLayout common;
     common.half = options.half, common.compression = compressionFlags(options.compression);
     const GridFrame& frame = volume.field.frame();
     common.transform = {frame.worldFromIndex(), frame.origin_world};
     std::vector<GridSource> grids;
-    const auto add = [&](const char* name, int components, const char* vector_type, LeafValues values) {
-        grids.push_back({common, std::move(values)});
+    const auto add = [&](const char* name, int components, const char* vector_type, LeafValues values,
+                         const std::vector<ActiveLeaf>& where) {
+        grids.push_back({common, std::move(values), &where});
         VdbGridLayout& layout = grids.back().layout;
         layout.name = name, layout.components = components;
         if (components == 3) layout.metadata["vector_type"] = std::string(vector_type);
         // Ten bits would leave millimetres of an arrival time.
         layout.half = layout.half && layout.name != format::kArrivalTime;
     };
-    if (volume.has_irradiance)
-        add(format::kIrradiance, volume.field.channels().irradiance, "invariant", irradianceValues(volume, clamped));
-    if (volume.has_direction && volume.field.channels().flux)
-        add(format::kDirection, 3, "contravariant relative", directionValues(volume, options.half));
-    for (const auto& [name, field] : volume.scalars) add(name.c_str(), 1, "", scalarValues(field, clamped));
+    const auto addLight = [&](const char* irradiance, const char* direction, const LightField& field,
+                              const std::vector<ActiveLeaf>& where) {
+        if (volume.has_irradiance)
+            add(irradiance, field.channels().irradiance, "invariant",
+                irradianceValues(field, volume.reference_irradiance, clamped), where);
+        if (volume.has_direction && field.channels().flux)
+            add(direction, 3, "contravariant relative", directionValues(field, options.half), where);
+    };
+    addLight(format::kIrradiance, format::kDirection, volume.field, leaves.all);
+    if (!leaves.second.empty()) addLight(format::kIrradiance2, format::kDirection2, *volume.second, leaves.second);
+    for (const auto& [name, field] : volume.scalars) add(name.c_str(), 1, "", scalarValues(field, clamped), leaves.all);
     return grids;
 }
 
@@ -280,11 +299,14 @@ void clearInactive(const NeededVoxels::Mask& active, int components, float* valu
 /// Writes the grids behind one another. What stands before a grid's values says how much was clamped in all of them:
 /// it comes last.
 void writeGrids(CheckedFile& file, const LightVolume& volume, std::vector<GridSource>& grids,
-                const std::vector<ActiveLeaf>& leaves, std::atomic<std::int64_t>& clamped) {
+                std::atomic<std::int64_t>& clamped) {
     const std::string no_number(36, '0');
-    std::vector<VdbTopology> topology;
-    topology.reserve(leaves.size());
-    for (const auto& leaf : leaves) topology.push_back({leaf.origin, leaf.mask});
+    const auto topologyOf = [](const GridSource& grid) {
+        std::vector<VdbTopology> topology;
+        topology.reserve(grid.leaves->size());
+        for (const auto& leaf : *grid.leaves) topology.push_back({leaf.origin, leaf.mask});
+        return topology;
+    };
     const HalfConversion convert = halfConversion();
 
     PartedFile parts(file);
@@ -298,11 +320,11 @@ void writeGrids(CheckedFile& file, const LightVolume& volume, std::vector<GridSo
     for (GridSource& grid : grids) {
         VdbGridLayout as_large = grid.layout;
         as_large.metadata.insert(none.begin(), none.end());
-        const std::int64_t at = parts.reserve(vdbGridHead(as_large, topology).bytes.size());
+        const std::int64_t at = parts.reserve(vdbGridHead(as_large, topologyOf(grid)).bytes.size());
         const std::int64_t blocks = parts.size();
         const std::size_t most = mostBytesOfLeaf(grid.layout);
-        parts.putLeaves(static_cast<std::int64_t>(leaves.size()), most, [&](std::int64_t i, char* to) {
-            const ActiveLeaf& leaf = leaves[static_cast<std::size_t>(i)];
+        parts.putLeaves(static_cast<std::int64_t>(grid.leaves->size()), most, [&](std::int64_t i, char* to) {
+            const ActiveLeaf& leaf = (*grid.leaves)[static_cast<std::size_t>(i)];
             float values[3 * kVoxels];
             grid.values(leaf, values);
             if (!(grid.layout.compression & kPackedActive)) clearInactive(leaf.mask, grid.layout.components, values);
@@ -314,7 +336,7 @@ void writeGrids(CheckedFile& file, const LightVolume& volume, std::vector<GridSo
     const VdbValues metadata = fileMetadata(volume, clamped);
     for (std::size_t i = 0; i < grids.size(); ++i) {
         grids[i].layout.metadata.insert(metadata.begin(), metadata.end());
-        VdbGridHead grid = vdbGridHead(grids[i].layout, topology);
+        VdbGridHead grid = vdbGridHead(grids[i].layout, topologyOf(grids[i]));
         const std::int64_t offsets[3] = {
             places[i].at + static_cast<std::int64_t>(grid.offsets + 3 * sizeof(std::int64_t)), places[i].blocks,
             places[i].end};
@@ -347,17 +369,15 @@ std::int64_t writeVdb(OutputSet& outputs, const std::string& path, const LightVo
                     path);
     CheckedFile& file = outputs.open(path);  // before the work: a folder that cannot be written to shows at once
     try {
-        std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::LightOrMedium);
-        std::sort(leaves.begin(), leaves.end(),
-                  [](const ActiveLeaf& a, const ActiveLeaf& b) { return beforeInTree(a.origin, b.origin); });
+        const FileLeaves leaves = leavesOf(volume);
         std::atomic<std::int64_t> clamped{0};
-        std::vector<GridSource> grids = gridsOf(volume, options, clamped);
+        std::vector<GridSource> grids = gridsOf(volume, leaves, options, clamped);
         if (grids.empty())
             throw Error(ErrorCode::Failed,
                         fmt::format("cannot write {}: no grid was asked for; add one to grids", path), path);
-        writeGrids(file, volume, grids, leaves, clamped);
+        writeGrids(file, volume, grids, clamped);
         std::int64_t active = 0;
-        for (const auto& leaf : leaves) active += leaf.count();
+        for (const auto& leaf : leaves.all) active += leaf.count();
         return active;
     } catch (const std::bad_alloc&) {
         throw Error(ErrorCode::Failed,

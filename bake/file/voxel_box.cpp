@@ -36,17 +36,23 @@ std::optional<VoxelBox> litBoxOf(const LightField& field, double threshold) {
 }  // namespace
 
 StraightField::StraightField(const LightVolume& volume) : volume_(volume) {
-    if (!volume.field.frame().axisAligned()) resampled_ = resampledToAxes(volume.field);
+    if (volume.field.frame().axisAligned()) return;
+    resampled_ = resampledToAxes(volume.field);
+    if (volume.second) resampled_second_ = resampledToAxes(*volume.second);
 }
 
 VoxelBox StraightField::box(const std::optional<VoxelBox>& wanted) const {
-    const std::optional<VoxelBox> lit = wanted ? wanted : litBoxOf(field(), threshold(volume_));
+    std::optional<VoxelBox> lit = wanted;
+    if (!lit) lit = litBoxOf(field(), threshold(volume_));
+    if (!wanted && second() != nullptr) lit = together(lit, litBoxOf(*second(), threshold(volume_)));
     const glm::ivec3 corner = field().frame().min;
     return lit.value_or(VoxelBox{corner, corner});
 }
 
 std::optional<VoxelBox> litBox(const LightVolume& volume) {
-    return litBoxOf(StraightField(volume).field(), threshold(volume));
+    const StraightField straight(volume);
+    const std::optional<VoxelBox> lit = litBoxOf(straight.field(), threshold(volume));
+    return straight.second() ? together(lit, litBoxOf(*straight.second(), threshold(volume))) : lit;
 }
 
 std::optional<VoxelBox> together(const std::optional<VoxelBox>& a, const std::optional<VoxelBox>& b) {

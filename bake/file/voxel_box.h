@@ -37,13 +37,17 @@ class StraightField {
 public:
     explicit StraightField(const LightVolume& volume);
     const LightField& field() const { return resampled_ ? *resampled_ : volume_.field; }
+    /// The second lobe on the same axes, or null.
+    const LightField* second() const {
+        return resampled_second_ ? &*resampled_second_ : volume_.second ? &*volume_.second : nullptr;
+    }
     bool resampled() const { return resampled_.has_value(); }
     /// The box that was asked for, or that of the voxels with light; one voxel for a dark volume.
     VoxelBox box(const std::optional<VoxelBox>& wanted) const;
 
 private:
     const LightVolume& volume_;
-    std::optional<LightField> resampled_;
+    std::optional<LightField> resampled_, resampled_second_;
 };
 
 }  // namespace photic

@@ -2,11 +2,13 @@
 #include "bake/methods/beams.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
 #include "bake/deposit/ernst_deposit.h"
 #include "bake/deposit/voxelise.h"
+#include "bake/field/lobes.h"
 #include "bake/methods/beams_cost.h"
 #include "bake/methods/disc_samples.h"
 #include "bake/methods/method_options.h"
@@ -52,7 +54,7 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
     return bindings;
 }
 
-// One light on one surface, or one direction of a disc: adds its tubes to a field.
+// One light on one surface, or one direction of a disc: adds its tubes to the field of their lobe.
 class BeamsBake {
 public:
     BeamsBake(const Scene& scene, const BeamsOptions& options, const GridFrame& frame, BeamsProgress& monitor)
@@ -68,7 +70,7 @@ public:
         voxelise_.quadrature = scene.bake.quadrature;
     }
 
-    void addLight(const Light& light, LightField& field) {
+    void addLight(const Light& light, LobeFields& field) {
         // A millionth of the light's own is far below what a half float of it can hold, and above its sums' rounding.
         const double own = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
         voxelise_.noise_floor = 1e-6 * (own > 0 ? own : scene_.referenceIrradiance());
@@ -87,7 +89,9 @@ public:
         layWaiting(field);
         measureDeposit(field);
         const auto start = Clock::now();
-        blurLayers(field, discKernels(scene_.surfaces.front(), light, frame_), BeyondNeeded::Alike);
+        const auto kernels = discKernels(scene_.surfaces.front(), light, frame_);
+        blurLayers(field.first, kernels, BeyondNeeded::Alike);
+        if (field.second) blurLayers(*field.second, kernels, BeyondNeeded::Alike);
         disc_seconds_ += secondsSince(start);
     }
 
@@ -103,10 +107,11 @@ public:
     bool blurs(const Light& light) const { return discFor(scene_, light, frame_, options_) == BeamsDisc::Blur; }
 
     // The path ledger's deposited side is taken before the blur moves light across the frame's border.
-    void measureDeposit(const LightField& field) {
+    void measureDeposit(const LobeFields& field) {
         double sum = 0;
-        const int channels = field.channels().irradiance;
-        for (int c = 0; c < channels; ++c) sum += field.sum(c) / channels;
+        const int channels = field.first.channels().irradiance;
+        for (int c = 0; c < channels; ++c)
+            sum += (field.first.sum(c) + (field.second ? field.second->sum(c) : 0)) / channels;
         deposited_ += sum * frame_.voxelVolume();
     }
 
@@ -125,10 +130,10 @@ public:
 
 private:
     // One sample of a light through every surface, and on through every history that it begins.
-    void addSample(const Light& light, const LightSample& sample, LightField& field, FaintLight* faint, bool is_last) {
-        const TubeSink sink = [&](std::array<TubeSet, 6>&& sets) { lay(std::move(sets), field); };
+    void addSample(const Light& light, const LightSample& sample, LobeFields& field, FaintLight* faint, bool is_last) {
+        const TubeSink sink = [&](TubeSets&& sets) { lay(std::move(sets), field); };
         LaunchOptions options = launch_;
-        options.tubes.channels = field.channels().irradiance;
+        options.tubes.channels = field.first.channels().irradiance;
         HistoryLauncher launcher(optics_, spectrum_, options, limits_, sink, monitor_);
         launcher.shareFaint(faint, is_last);
         for (std::size_t i = 0; i < scene_.surfaces.size(); ++i) {
@@ -141,7 +146,7 @@ private:
     }
 
     // A deposit goes through all leaves: the few tubes of a long history wait for others.
-    void lay(std::array<TubeSet, 6>&& sets, LightField& field) {
+    void lay(TubeSets&& sets, LobeFields& field) {
         std::size_t tubes = 0;
         for (std::size_t s = 0; s < sets.size(); ++s) {
             if (waiting_[s].empty())
@@ -153,17 +158,19 @@ private:
         if (tubes >= kTubesADeposit) layWaiting(field);
     }
 
-    void layWaiting(LightField& field) {
+    void layWaiting(LobeFields& field) {
         const auto start = Clock::now();
-        for (TubeSet& set : waiting_) {
+        for (std::size_t s = 0; s < waiting_.size(); ++s) {
+            const TubeSet& set = waiting_[s];
             if (set.empty()) continue;
+            LightField& lobe = s < kSetsALobe ? field.first : *field.second;
             if (options_.interpolation != BeamsInterpolation::Ernst) {
-                voxelise(set, field, voxelise_, totals_, monitor_);
+                voxelise(set, lobe, voxelise_, totals_, monitor_);
                 continue;
             }
-            depositErnst(set, field, monitor_);
+            depositErnst(set, lobe, monitor_);
             // What the tubes carry, for the ledger: its imbalance is the interpolation's error in energy.
-            LightField exact(field.neededPtr(), {field.channels().irradiance, false});
+            LightField exact(lobe.neededPtr(), {lobe.channels().irradiance, false});
             voxelise(set, exact, voxelise_, totals_, monitor_);
         }
         for (TubeSet& set : waiting_) set = TubeSet{};
@@ -181,37 +188,24 @@ private:
     VoxeliseOptions voxelise_;
     LaunchTotals launched_;
     DepositTotals totals_;
-    std::array<TubeSet, 6> waiting_;
+    TubeSets waiting_;
     double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0;
 };
 
-void addField(LightField& to, const LightField& from) {
-    parallelFor(to.leafCount(), [&](std::int64_t i) {
-        const int slot = static_cast<int>(i);
-        if (from.state(slot) == LeafState::Empty) return;
-        float* out = to.makeDense(slot);
-        const int channels = to.channels().count();
-        for (int k = 0; k < channels; ++k)
-            for (int v = 0; v < LightField::kLeafVoxels; ++v)
-                out[k * LightField::kLeafVoxels + v] += from.state(slot) == LeafState::Dense
-                                                            ? from.dense(slot)[k * LightField::kLeafVoxels + v]
-                                                            : from.constant(slot)[static_cast<std::size_t>(k)];
-    });
-}
-
-LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed, FieldChannels channels,
+LobeFields bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed, FieldChannels channels,
                       const BeamsOptions& options, BeamsProgress& monitor, BakeReport& report) {
     BeamsBake bake(scene, options, needed->frame(), monitor);
     monitor.beginRun(bake.launches());
-    LightField field(needed, channels);
+    LobeFields field = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
     bool blurred = false;
     for (const Light& light : scene.lights) {
         // A blur belongs to one light: later ones are baked beside it and added.
         if (blurred || (bake.blurs(light) && &light != &scene.lights.front())) {
-            LightField part(needed, channels);
+            LobeFields part = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
             bake.addLight(light, part);
             if (!bake.blurs(light)) bake.measureDeposit(part);
-            addField(field, part);
+            addField(field.first, part.first);
+            if (part.second) addField(*field.second, *part.second);
             continue;
         }
         bake.addLight(light, field);
@@ -223,30 +217,22 @@ LightField bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxe
 }
 
 // The `caustic` grid: irradiance over that of the same scene with a flat surface; 0 where the flat one is dark.
-LightField causticGrid(const Scene& scene, const LightField& field, const BeamsOptions& options,
+LightField causticGrid(const Scene& scene, const LobeFields& lobes, const BeamsOptions& options,
                        BeamsProgress& monitor) {
     Scene flat = scene;
+    flat.bake.lobe_axis.reset();
     for (Surface& surface : flat.surfaces)
         if (surface.height_field) surface.height_field = makeFlatField(surface.center.z);
     BakeReport unused;
-    LightField level = bakeLights(flat, field.neededPtr(), {1, false}, options, monitor, unused);
-    LightField caustic(field.neededPtr(), {1, false});
-    const int channels = field.channels().irradiance;
+    const LobeFields level = bakeLights(flat, lobes.first.neededPtr(), {1, false}, options, monitor, unused);
+    LightField caustic(lobes.first.neededPtr(), {1, false});
     const double dark = 1e-3 * scene.referenceIrradiance();
-    parallelFor(field.leafCount(), [&](std::int64_t i) {
-        const int slot = static_cast<int>(i);
-        if (field.state(slot) == LeafState::Empty || level.state(slot) == LeafState::Empty) return;
-        const auto value = [&](const LightField& f, int channel, int v) {
-            return f.state(slot) == LeafState::Dense ? f.dense(slot)[channel * LightField::kLeafVoxels + v]
-                                                     : f.constant(slot)[static_cast<std::size_t>(channel)];
-        };
+    forEachLeaf(caustic.needed(), [&](int slot) {
+        std::array<double, LightField::kLeafVoxels> lit, unfocused;
+        if (!totalIrradiance(lobes, slot, lit.data()) || !totalIrradiance(level, slot, unfocused.data())) return;
         float* out = caustic.makeDense(slot);
-        for (int v = 0; v < LightField::kLeafVoxels; ++v) {
-            double lit = 0;
-            for (int c = 0; c < channels; ++c) lit += value(field, c, v) / channels;
-            const double unfocused = value(level, 0, v);
-            out[v] = unfocused > dark ? static_cast<float>(lit / unfocused) : 0.0f;
-        }
+        for (std::size_t v = 0; v < lit.size(); ++v)
+            out[v] = unfocused[v] > dark ? static_cast<float>(lit[v] / unfocused[v]) : 0.0f;
     });
     return caustic;
 }
@@ -264,10 +250,12 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
     const FieldChannels channels{scene.coloured() ? 3 : 1, flux};
     BakeReport report;
     BeamsProgress progress(monitor, scene.bake.grids.caustic ? 2 : 1);
-    LightField field = bakeLights(scene, needed, channels, options, progress, report);
+    LobeFields field = bakeLights(scene, needed, channels, options, progress, report);
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, progress);
-    return {std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+    BakeResult result{std::move(field.first), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+    result.second = std::move(field.second);
+    return result;
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ struct Launched {
 };
 
 // Layers that tubes cross inside of the grid.
-double layersOf(const std::array<TubeSet, 6>& sets, const GridFrame& frame) {
+double layersOf(const TubeSets& sets, const GridFrame& frame) {
     double layers = 0;
     for (const TubeSet& set : sets) {
         if (set.empty()) continue;
@@ -62,7 +62,7 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
     const int directions = discDirections(optics, light, options);
     const std::vector<LightSample> samples = lightSamples(light, directions);
     double layers = 0;
-    const TubeSink count = [&](std::array<TubeSet, 6>&& sets) { layers += layersOf(sets, q.frame); };
+    const TubeSink count = [&](TubeSets&& sets) { layers += layersOf(sets, q.frame); };
     LaunchOptions launch = launchOptions(q.scene, options);
     launch.tubes.channels = q.scene.coloured() ? 3 : 1;
     launch.sampled = kTriedTriangles;
@@ -119,6 +119,7 @@ int discDirections(const OpticalScene& optics, const Light& light, const BeamsOp
 LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options) {
     LaunchOptions launch;
     launch.cells = options.mesh, launch.spacing = options.spacing;
+    launch.tubes.lobe_axis = scene.bake.lobe_axis.value_or(glm::dvec3(0));
     launch.refine.tolerance = scene.bake.tolerance, launch.refine.silhouette = options.silhouette;
     return launch;
 }

@@ -44,6 +44,9 @@ struct BakeResult {
     /// What the method has to say of its grids, without the `photic:` prefix; an empty text removes what the program
     /// would say.
     std::map<std::string, std::string> metadata;
+    /// Light that travels against `BakeSettings::lobe_axis`, where that is given and the method keeps it apart; `field`
+    /// holds the rest.
+    std::optional<LightField> second = {};
 };
 
 /// What the cost of a bake depends on.

@@ -96,11 +96,11 @@ public:
 
     int dimensions() const override { return light_.dimensions(); }
     double estimatedPower() const override { return estimated_power_; }
-    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<float>& field,
+    void follow(const std::array<double, 4>& x, double share, LobeTracks<float>& field,
                 PhotonTally& tally) const override {
         followAll(x, share, field, tally);
     }
-    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<double>& field,
+    void follow(const std::array<double, 4>& x, double share, LobeTracks<double>& field,
                 PhotonTally& tally) const override {
         followAll(x, share, field, tally);
     }
@@ -109,8 +109,7 @@ private:
     using Paths_ = photic::Paths;
 
     template <class Real>
-    void followAll(const std::array<double, 4>& x, double share, TrackAccumulator<Real>& field,
-                   PhotonTally& tally) const {
+    void followAll(const std::array<double, 4>& x, double share, LobeTracks<Real>& field, PhotonTally& tally) const {
         const LightSample sample = light_.sample(x[2], x[3]);
         for (std::size_t p = 0; p < launches_.size(); ++p) {
             Photon photon = start(p, sample, x);
@@ -223,7 +222,7 @@ double GradedPhotons::straightThrough(const Pass& pass, const Photon& photon, co
 /// Lays a photon's light on the chord from where it is to a place, and moves it there.
 /// @return false where an object ends it
 template <class Real>
-bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackAccumulator<Real>& field,
+bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, LobeTracks<Real>& field,
                              PhotonTally& tally) const {
     const glm::dvec3 from = photon.ray.position, chord = to - from;
     double length = glm::length(chord);
@@ -256,7 +255,7 @@ bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& pho
 }
 
 template <class Real>
-void GradedPhotons::follow(const Pass& pass, Photon photon, TrackAccumulator<Real>& field, PhotonTally& tally) const {
+void GradedPhotons::follow(const Pass& pass, Photon photon, LobeTracks<Real>& field, PhotonTally& tally) const {
     const double voxel = std::min({voxel_.x, voxel_.y, voxel_.z});
     // Slanting light crosses the launch plane beside the space.
     if (!inside(photon.ray.position)) {

@@ -36,9 +36,9 @@ private:
     class Paths;
 
     template <class Real>
-    void follow(const Pass& pass, Photon photon, TrackAccumulator<Real>& field, PhotonTally& tally) const;
+    void follow(const Pass& pass, Photon photon, LobeTracks<Real>& field, PhotonTally& tally) const;
     template <class Real>
-    bool layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackAccumulator<Real>& field,
+    bool layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, LobeTracks<Real>& field,
                   PhotonTally& tally) const;
     double straightThrough(const Pass& pass, const Photon& photon, const glm::ivec3& block) const;
     double distanceToSpace(const Photon& photon) const;

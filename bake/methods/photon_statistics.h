@@ -6,6 +6,7 @@
 
 #include "bake/deposit/track_deposit.h"
 #include "bake/field/leaf_arena.h"
+#include "bake/field/lobes.h"
 
 namespace photic {
 
@@ -13,14 +14,16 @@ namespace photic {
 /// not depend on who computed them.
 class PhotonStatistics {
 public:
-    PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels);
+    /// @param lobes  1 or 2: accumulators of a repetition, which stand side by side
+    PhotonStatistics(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels, int lobes = 1);
 
-    /// Adds the first `count` accumulators, one repetition each, and sets them back to zero.
+    /// Adds the first `count` repetitions, and sets them back to zero.
     template <class Real>
     void fold(std::vector<TrackAccumulator<Real>>& repetitions, std::size_t count);
 
     struct Result {
-        LightField field, standard_error, path_count;
+        LobeFields field;
+        LightField standard_error, path_count;
         std::int64_t active_voxels = 0;  ///< crossed by at least one path
     };
     /// Mean fluence rate and flux [W/m2], its standard error (of the channels' mean; right on average, where
@@ -33,10 +36,11 @@ private:
 
     std::shared_ptr<const NeededVoxels> needed_;
     FieldChannels channels_;
+    std::size_t lobes_;
     int repetitions_ = 0;
     std::size_t leaf_bytes_;
     LeafArena arena_;
-    std::vector<double*> leaves_;  // 512 x channels sums, 512 sums of squares, 512 counts
+    std::vector<double*> leaves_;  // 512 x channels sums of each lobe, 512 sums of squares, 512 counts
 };
 
 extern template void PhotonStatistics::fold(std::vector<TrackAccumulator<float>>&, std::size_t);

@@ -17,7 +17,7 @@ namespace photic {
 /// Follows photons from their surface to their end, by the steps of the one tracer. Shared by all threads.
 ///
 /// Where they go is told to a `Deposit`: `bool clip(origin, direction, begin, end)` is the part of a ray inside the
-/// grid's box, and `DepositedTrack deposit(const Track&)` takes a straight piece of a path (TrackAccumulator).
+/// grid's box, and `DepositedTrack deposit(const Track&)` takes a straight piece of a path (LobeTracks).
 class PhotonTracer {
 public:
     PhotonTracer(const Scene& scene, const GridFrame& frame, const std::vector<SpectralSample>& spectrum)

@@ -10,6 +10,7 @@
 
 #include "bake/deposit/track_deposit.h"
 #include "bake/methods/graded_photons.h"
+#include "bake/methods/lobe_axis.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/photon_launch.h"
 #include "bake/methods/photon_paths.h"
@@ -36,19 +37,18 @@ public:
     SurfacePaths(PhotonLaunch launch, const PhotonTracer& tracer) : launch_(std::move(launch)), tracer_(tracer) {}
     int dimensions() const override { return launch_.dimensions(); }
     double estimatedPower() const override { return launch_.estimatedPower(); }
-    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<float>& field,
+    void follow(const std::array<double, 4>& x, double share, LobeTracks<float>& field,
                 PhotonTally& tally) const override {
         followFrom(x, share, field, tally);
     }
-    void follow(const std::array<double, 4>& x, double share, TrackAccumulator<double>& field,
+    void follow(const std::array<double, 4>& x, double share, LobeTracks<double>& field,
                 PhotonTally& tally) const override {
         followFrom(x, share, field, tally);
     }
 
 private:
     template <class Real>
-    void followFrom(const std::array<double, 4>& x, double share, TrackAccumulator<Real>& field,
-                    PhotonTally& tally) const {
+    void followFrom(const std::array<double, 4>& x, double share, LobeTracks<Real>& field, PhotonTally& tally) const {
         const PhotonStart start = launch_.start(x);
         if (channelMean(start.power) > 0)
             tracer_.follow(launch_.surface(), start, start.power * share, field, tally);
@@ -133,7 +133,7 @@ public:
     }
 
     template <class Real>
-    PhotonTally run(int shift, TrackAccumulator<Real>& field) {
+    PhotonTally run(int shift, LobeTracks<Real> field) {
         PhotonTally tally;
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
@@ -175,20 +175,29 @@ bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
     return paths > kPathsAColumn * std::pow(static_cast<double>(frame.voxelCount()), 2.0 / 3);
 }
 
+/// What is summed of each track, and where.
+struct Lobes {
+    FieldChannels channels;
+    std::optional<glm::dvec3> axis;  ///< that parts the light in two
+};
+
 /// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
 template <class Real>
 PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonOptions& options, Monitor& monitor,
-                      const NeededVoxels& needed, FieldChannels channels, PhotonStatistics& statistics) {
+                      const NeededVoxels& needed, const Lobes& parts, PhotonStatistics& statistics) {
     const int threads = std::min(threadCount(), options.shifts);
+    const std::size_t lobes = parts.axis ? 2 : 1;
     std::vector<TrackAccumulator<Real>> scratch;
-    for (int t = 0; t < threads; ++t) scratch.emplace_back(needed, channels);
+    for (std::size_t t = 0; t < static_cast<std::size_t>(threads) * lobes; ++t)
+        scratch.emplace_back(needed, parts.channels);
     std::vector<PhotonTally> tallies(static_cast<std::size_t>(options.shifts));
     ShiftRun shifts(jobs, options, monitor);
     for (int first = 0; first < options.shifts; first += threads) {
         const int wave = std::min(threads, options.shifts - first);
         parallelFor(wave, [&](std::int64_t i) {
             tallies[static_cast<std::size_t>(first + i)] =
-                shifts.run(first + static_cast<int>(i), scratch[static_cast<std::size_t>(i)]);
+                shifts.run(first + static_cast<int>(i),
+                           LobeTracks<Real>(&scratch[static_cast<std::size_t>(i) * lobes], parts.axis));
         });
         statistics.fold(scratch, static_cast<std::size_t>(wave));
     }
@@ -252,7 +261,8 @@ MethodCost photonCost(const CostQuestion& question) {
         static_cast<double>(options.count) * (kSecondsAPath + kSecondsALayer * question.frame.size().z);
     MethodCost cost;
     cost.stages = {{"trace", trace}, {"field", question.needed_voxels * kSecondsAVoxel}};
-    cost.bytes = question.needed_voxels * ((channels + 1) * 8 + threads * (channels * 8 + 4));
+    const double lobes = question.scene.bake.lobes > 1 && lightCanOppose(question.scene) ? 2 : 1;
+    cost.bytes = question.needed_voxels * ((lobes * channels + 1) * 8 + threads * lobes * (channels * 8 + 4));
     if (isGraded(question.scene)) {
         // Seconds of a voxel's index, and of a voxel that a photon is bent in.
         constexpr double kSecondsANode = 3e-7, kSecondsAVoxelOfWay = 5e-7;
@@ -298,10 +308,11 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     }
     shareOut(options, jobs);
 
-    PhotonStatistics statistics(needed, channels);
+    const Lobes parts{channels, channels.flux ? scene.bake.lobe_axis : std::nullopt};
+    PhotonStatistics statistics(needed, channels, parts.axis ? 2 : 1);
     const PhotonTally total = crowded(jobs, needed->frame())
-                                  ? runShifts<double>(jobs, options, monitor, *needed, channels, statistics)
-                                  : runShifts<float>(jobs, options, monitor, *needed, channels, statistics);
+                                  ? runShifts<double>(jobs, options, monitor, *needed, parts, statistics)
+                                  : runShifts<float>(jobs, options, monitor, *needed, parts, statistics);
     report.seconds.emplace_back("trace", secondsSince(start));
 
     const auto field_start = std::chrono::steady_clock::now();
@@ -309,20 +320,22 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     PhotonStatistics::Result result = statistics.result();
     fillLedgers(total, options.shifts, report);
     for (int c = 0; c < channels.irradiance; ++c)
-        report.path.deposited += result.field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
+        report.path.deposited += (result.field.first.sum(c) + (parts.axis ? result.field.second->sum(c) : 0)) *
+                                 needed->frame().voxelVolume() / channels.irradiance;
     report.active_voxels = result.active_voxels;
     if (total.turned_away > 0)
         monitor.warn(fmt::format(
             "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
             100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
     report.seconds.emplace_back("field", secondsSince(field_start));
-    BakeResult out{std::move(result.field),
+    BakeResult out{std::move(result.field.first),
                    std::move(report),
                    std::move(result.standard_error),
                    std::move(result.path_count),
                    {},
                    {},
                    {}};
+    out.second = std::move(result.field.second);
     if (graded) reportGraded(*graded, monitor, out);
     return out;
 }

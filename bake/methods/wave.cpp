@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -12,6 +13,7 @@
 #include <numbers>
 
 #include "bake/field/disc_blur.h"
+#include "bake/field/lobes.h"
 #include "bake/field/post_process.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/part_monitor.h"
@@ -351,31 +353,22 @@ private:
     std::optional<WaveFluxScale> flux_scale_;
 };
 
-void addField(LightField& to, const LightField& from) {
-    parallelFor(to.leafCount(), [&](std::int64_t i) {
-        const int slot = static_cast<int>(i);
-        if (from.state(slot) == LeafState::Empty) return;
-        float* out = to.makeDense(slot);
-        const float* in = from.dense(slot);
-        for (int k = 0; k < to.channels().count() * LightField::kLeafVoxels; ++k) out[k] += in[k];
-    });
-}
-
 /// Irradiance over what flat water would let through, or the paper's sum as it is.
-LightField causticGrid(const LightField& field, double flat) {
-    LightField caustic(field.neededPtr(), {1, false});
-    const int channels = field.channels().irradiance;
-    parallelFor(field.leafCount(), [&](std::int64_t i) {
-        const int slot = static_cast<int>(i);
-        if (field.state(slot) == LeafState::Empty) return;
+LightField causticGrid(const LobeFields& lobes, double flat) {
+    LightField caustic(lobes.first.neededPtr(), {1, false});
+    forEachLeaf(lobes.first.needed(), [&](int slot) {
+        std::array<double, LightField::kLeafVoxels> light;
+        if (!totalIrradiance(lobes, slot, light.data())) return;
         float* out = caustic.makeDense(slot);
-        for (int v = 0; v < LightField::kLeafVoxels; ++v) {
-            double sum = 0;
-            for (int c = 0; c < channels; ++c) sum += field.dense(slot)[c * LightField::kLeafVoxels + v] / channels;
-            out[v] = static_cast<float>(sum / flat);
-        }
+        for (std::size_t v = 0; v < light.size(); ++v) out[v] = static_cast<float>(light[v] / flat);
     });
     return caustic;
+}
+
+/// Whether light as a whole travels against an axis.
+bool goesAgainst(const LightField& field, const glm::dvec3& axis) {
+    const int f = field.channels().irradiance;
+    return glm::dot(glm::dvec3(field.sum(f), field.sum(f + 1), field.sum(f + 2)), axis) < 0;
 }
 
 BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
@@ -405,7 +398,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     const int runs = static_cast<int>(scene.lights.size()) * (scene.medium.coloured() ? 3 : 1);
     PartMonitor progress(monitor, runs);
 
-    LightField field(needed, channels);
+    LobeFields lobes = emptyLobes(needed, channels, scene.lights.size() > 1 && scene.bake.lobe_axis);
+    LightField& field = lobes.first;
     WaveRun last;
     double flat = 0;
     const glm::dvec3 extinction = scene.medium.extinction();
@@ -428,7 +422,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
                 monitor.warn("the sun's disc is left out: one blur a layer does not serve this scene");
             }
         }
-        if (&to == &part) addField(field, part);
+        if (&to == &part)
+            addField(lobes.second && goesAgainst(part, *scene.bake.lobe_axis) ? *lobes.second : field, part);
         double mean = 0;
         for (int c = 0; c < channels.irradiance; ++c) mean += light.irradiance[c] / channels.irradiance;
         Surface below = scene.surfaces.front();
@@ -437,7 +432,8 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     }
     double deposited = 0;
     for (int c = 0; c < channels.irradiance; ++c)
-        deposited += field.sum(c) * needed->frame().voxelVolume() / channels.irradiance;
+        deposited += (field.sum(c) + (lobes.second ? lobes.second->sum(c) : 0)) * needed->frame().voxelVolume() /
+                     channels.irradiance;
     // The path ledger is a law of rays: waves diffract through the box's sides and through its surface. What they carry
     // over what rays would is said beside it; rays are followed through the whole box only.
     std::map<std::string, std::string> metadata;
@@ -448,9 +444,10 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
     }
     report.path.deposited = report.path.expected = deposited;
     std::optional<LightField> caustic;
-    if (scene.bake.grids.caustic) caustic = causticGrid(field, flat);
+    if (scene.bake.grids.caustic) caustic = causticGrid(lobes, flat);
     if (run) *run = last;
     BakeResult result{std::move(field), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};
+    result.second = std::move(lobes.second);
     result.metadata = std::move(metadata);
     return result;
 }

@@ -134,7 +134,7 @@ Image slicePicture(const LightVolume& volume, int axis, int layer) {
     const VolumeLookup lookup(volume);
     return acrossAxis(volume, axis, [&](glm::ivec3 voxel) {
         voxel[axis] = layer;
-        return lookup.voxel(voxel).irradiance;
+        return lookup.irradiance(voxel);
     });
 }
 
@@ -143,7 +143,7 @@ Image xrayPicture(const LightVolume& volume, int axis) {
     return acrossAxis(volume, axis, [&](glm::ivec3 voxel) {
         const int count = volume.field.frame().size()[axis];
         glm::dvec3 sum{0};
-        for (int step = 0; step < count; ++step, ++voxel[axis]) sum += lookup.voxel(voxel).irradiance;
+        for (int step = 0; step < count; ++step, ++voxel[axis]) sum += lookup.irradiance(voxel);
         return sum / static_cast<double>(count);
     });
 }

@@ -90,14 +90,16 @@ glm::dvec3 ViewShading::inScatter(const glm::dvec3& origin, const glm::dvec3& di
     glm::dvec3 sum{0};
     for (int i = 0; i < steps; ++i) {
         const double distance = (i + jitter) * step;
-        const LookedUpLight light = lookup_.at(origin + distance * direction);
-        const double mean = light.meanIrradiance(), flux = glm::length(light.flux);
-        if (mean <= 0) continue;
-        // Mixed directions act like a wider phase function: g x |direction|.
-        const double concentration = std::min(1.0, flux / mean);
-        const double cosine = flux > 0 ? glm::dot(light.flux, -direction) / flux : 0.0;
-        sum += light.irradiance * henyeyGreenstein(cosine, haze.anisotropy * concentration) *
-               glm::exp(-haze.extinction * distance);
+        for (int lobe = 0; lobe < lookup_.lobes(); ++lobe) {
+            const LookedUpLight light = lookup_.at(origin + distance * direction, lobe);
+            const double mean = light.meanIrradiance(), flux = glm::length(light.flux);
+            if (mean <= 0) continue;
+            // Mixed directions act like a wider phase function: g x |direction|.
+            const double concentration = std::min(1.0, flux / mean);
+            const double cosine = flux > 0 ? glm::dot(light.flux, -direction) / flux : 0.0;
+            sum += light.irradiance * henyeyGreenstein(cosine, haze.anisotropy * concentration) *
+                   glm::exp(-haze.extinction * distance);
+        }
     }
     // A little of the skylight is scattered too: shadows in the water are not black.
     const glm::dvec3 skylight = settings_.ambient * reference_ / (4 * kPi) * glm::dvec3(0.5, 0.8, 1.0);

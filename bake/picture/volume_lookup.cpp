@@ -11,25 +11,26 @@ namespace photic {
 
 VolumeLookup::VolumeLookup(const LightVolume& volume)
     : field_(volume.field),
+      second_(volume.second ? &*volume.second : nullptr),
       channels_(volume.field.channels()),
       has_direction_(volume.has_direction && volume.field.channels().flux),
       index_from_world_(volume.field.frame().indexFromWorld()),
       origin_world_(volume.field.frame().origin_world) {}
 
-void VolumeLookup::add(const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) const {
-    const int slot = field_.needed().slotOf(voxel);
-    if (slot < 0 || !field_.needed().contains(voxel)) return;
-    const auto count = static_cast<std::size_t>(channels_.count());
-    switch (field_.state(slot)) {
+void VolumeLookup::add(const LightField& field, const glm::ivec3& voxel, double weight, std::array<double, 6>& sums) {
+    const int slot = field.needed().slotOf(voxel);
+    if (slot < 0 || !field.needed().contains(voxel)) return;
+    const auto count = static_cast<std::size_t>(field.channels().count());
+    switch (field.state(slot)) {
         case LeafState::Empty:
             return;
         case LeafState::Constant: {
-            const auto values = field_.constant(slot);
+            const auto values = field.constant(slot);
             for (std::size_t c = 0; c < count; ++c) sums[c] += weight * static_cast<double>(values[c]);
             return;
         }
         case LeafState::Dense: {
-            const float* values = field_.dense(slot) + NeededVoxels::offsetInLeaf(voxel);
+            const float* values = field.dense(slot) + NeededVoxels::offsetInLeaf(voxel);
             for (std::size_t c = 0; c < count; ++c) {
                 sums[c] += weight * static_cast<double>(values[c * LightField::kLeafVoxels]);
             }
@@ -62,10 +63,22 @@ void VolumeLookup::forEachCorner(const glm::dvec3& position_world, const Body& b
     }
 }
 
-LookedUpLight VolumeLookup::at(const glm::dvec3& position_world) const {
+LookedUpLight VolumeLookup::at(const glm::dvec3& position_world, int lobe) const {
+    const LightField* field = lobe == 0 ? &field_ : second_;
     std::array<double, 6> sums{};
-    forEachCorner(position_world, [&](const glm::ivec3& voxel, double weight) { add(voxel, weight, sums); });
+    if (field != nullptr)
+        forEachCorner(position_world,
+                      [&](const glm::ivec3& voxel, double weight) { add(*field, voxel, weight, sums); });
     return sampleOf(sums);
+}
+
+LookedUpLight VolumeLookup::allAt(const glm::dvec3& position_world) const {
+    LookedUpLight all = at(position_world);
+    if (second_ != nullptr) {
+        const LookedUpLight more = at(position_world, 1);
+        all.irradiance += more.irradiance, all.flux += more.flux;
+    }
+    return all;
 }
 
 double VolumeLookup::covered(const glm::dvec3& position_world) const {
@@ -76,18 +89,23 @@ double VolumeLookup::covered(const glm::dvec3& position_world) const {
     return sum;
 }
 
-LookedUpLight VolumeLookup::voxel(const glm::ivec3& voxel) const {
+LookedUpLight VolumeLookup::voxel(const glm::ivec3& voxel, int lobe) const {
+    const LightField* field = lobe == 0 ? &field_ : second_;
     std::array<double, 6> sums{};
-    add(voxel, 1.0, sums);
+    if (field != nullptr) add(*field, voxel, 1.0, sums);
     return sampleOf(sums);
 }
 
 glm::dvec3 VolumeLookup::receiverIrradiance(const glm::dvec3& position_world, const glm::dvec3& normal) const {
-    const LookedUpLight sample = at(position_world);
-    if (!has_direction_) return sample.irradiance;
-    const double mean = sample.meanIrradiance();
-    if (mean <= 0) return glm::dvec3(0);
-    return sample.irradiance * std::max(0.0, -glm::dot(normal, sample.flux) / mean);
+    glm::dvec3 received(0);
+    for (int lobe = 0; lobe < lobes(); ++lobe) {
+        const LookedUpLight sample = at(position_world, lobe);
+        const double mean = sample.meanIrradiance();
+        if (mean <= 0) continue;
+        received += has_direction_ ? sample.irradiance * std::max(0.0, -glm::dot(normal, sample.flux) / mean)
+                                   : sample.irradiance;
+    }
+    return received;
 }
 
 }  // namespace photic

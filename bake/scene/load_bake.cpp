@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 
 #include "bake/scene/load_parts.h"
 #include "bake/scene/load_toml.h"
@@ -59,8 +60,8 @@ GivenOptions loadOptions(const ConfigValue& table, const std::string& method) {
 }  // namespace
 
 BakeSettings loadBake(const ConfigValue& value) {
-    std::vector<std::string> known{"method",     "grids",     "where",     "band",    "paths",
-                                   "quadrature", "tolerance", "prefilter", "bounces", "threshold"};
+    std::vector<std::string> known{"method",    "grids",     "where", "band",      "paths",   "quadrature",
+                                   "tolerance", "prefilter", "lobes", "lobe_axis", "bounces", "threshold"};
     // Any table in here holds a method's own options: which methods there are is the catalogue's to say.
     BakeSettings bake;
     if (value.kind == ConfigValue::Kind::Table)
@@ -80,6 +81,11 @@ BakeSettings loadBake(const ConfigValue& value) {
     if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
     bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);
+    bake.lobes = static_cast<int>(table.integer("lobes", 1, 2).value_or(bake.lobes));
+    if (const auto axis = table.vector3("lobe_axis", withinReach(""))) {
+        if (!(glm::length(*axis) > 0)) table.fail("lobe_axis", "'lobe_axis' is [0, 0, 0]; it must have a direction");
+        bake.lobe_axis = glm::normalize(*axis);
+    }
     if (const auto bounces = table.integer("bounces", 1, 1000)) bake.bounces = static_cast<int>(*bounces);
     bake.threshold = table.number("threshold", {0, 1, true, ""});
     return bake;

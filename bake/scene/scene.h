@@ -179,6 +179,10 @@ struct BakeSettings {
     int quadrature = 1;       ///< 1 | 2 | 4 Gauss points across a layer
     double tolerance = 0.25;  ///< [voxels] refinement
     bool prefilter = false;
+    int lobes = 2;  ///< 1 | 2: directions that a voxel keeps where light opposes itself
+    /// Unit: light that travels against it is the second lobe. Absent: bakeScene finds one that parts the light well,
+    /// and methods that are called without it keep one lobe.
+    std::optional<glm::dvec3> lobe_axis{};
     /// Most events (interfaces refracted or reflected at) of a path; absent: kDefaultBounces, or as many as the method
     /// follows. What goes on beyond is in the ledger.
     std::optional<int> bounces{};

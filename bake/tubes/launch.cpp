@@ -44,9 +44,9 @@ void addPower(PowerLedger& to, const PowerLedger& from) {
 }
 
 // Joins the builders' tubes in the order of their parts.
-std::array<TubeSet, 6> joined(std::vector<TubeBuilder>& builders) {
-    std::array<TubeSet, 6> batch = std::move(builders[0].sets());
-    for (std::size_t s = 0; s < 6; ++s) {
+TubeSets joined(std::vector<TubeBuilder>& builders) {
+    TubeSets batch = std::move(builders[0].sets());
+    for (std::size_t s = 0; s < batch.size(); ++s) {
         std::size_t corners = batch[s].corners.size(), tubes = batch[s].tubes.size();
         for (std::size_t i = 1; i < builders.size(); ++i)
             corners += builders[i].sets()[s].corners.size(), tubes += builders[i].sets()[s].tubes.size();
@@ -87,7 +87,7 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
             totals.legs += traced[i] * (static_cast<std::int64_t>(tracer_.history().size()) + 1);
             totals.seeds.insert(totals.seeds.end(), builders[i].seeds().begin(), builders[i].seeds().end());
         }
-        std::array<TubeSet, 6> batch = joined(builders);
+        TubeSets batch = joined(builders);
         totals.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         sink_(std::move(batch));
     }

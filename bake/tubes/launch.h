@@ -58,8 +58,8 @@ private:
     glm::ivec2 cells_{0};
 };
 
-/// Takes tubes, a batch at a time: sets are indexed by axis * 2 + (sense > 0).
-using TubeSink = std::function<void(std::array<TubeSet, 6>&&)>;
+/// Takes tubes, a batch at a time.
+using TubeSink = std::function<void(TubeSets&&)>;
 
 /// Cuts one history of one emission into tubes. Batches follow one another over the emission's domain; inside a batch
 /// parts are traced in parallel, with the same result for any number of threads.

@@ -122,7 +122,9 @@ void TubeBuilder::layRegular(const TubeBlock& block, const RayRow* row, int firs
 void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topology, const RayRow* row, int first,
                              int columns, int rows) {
     const bool down = row->dz[static_cast<std::size_t>(first)] < 0;
-    const int s = down ? 4 : 5;
+    const RayRow& r = row[rows / 2];
+    const auto middle = static_cast<std::size_t>(first + columns / 2);
+    const int s = setFor(2, !down, {r.dx[middle], r.dy[middle], r.dz[middle]});
     closeBlock(s);
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     const bool culled = regularMissesBox(row, first, columns, rows);
@@ -146,8 +148,6 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
                     optics_->medium(down ? sides.inside : sides.outside).extinction()};
     layRegular(block, row, first, columns, rows, set);
     tubes_ += 2 * std::int64_t{columns} * rows;
-    const RayRow& r = row[rows / 2];
-    const auto middle = static_cast<std::size_t>(first + columns / 2);
     set.addSlope(r.du[middle], r.dv[middle], 2.0 * columns * rows * static_cast<double>(set.tubes.back().power[0]));
     set.blocks.push_back(std::move(block));
 }

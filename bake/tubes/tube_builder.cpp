@@ -18,9 +18,9 @@ bool sameEnd(const Path& a, const Path& b, const Path& c) { return a.end == b.en
 
 TubeBuilder::TubeBuilder(const OpticalScene& optics, const Emission& emission, const TubeLaunch& launch)
     : optics_(&optics), emission_(&emission), launch_(launch) {
-    for (int i = 0; i < 6; ++i) {
-        TubeSet& set = sets_[static_cast<std::size_t>(i)];
-        set.axis = i / 2;
+    for (std::size_t i = 0; i < sets_.size(); ++i) {
+        TubeSet& set = sets_[i];
+        set.axis = static_cast<int>(i % kSetsALobe / 2);
         set.sense = i % 2 ? 1 : -1;
         set.channels = launch.channels;
     }
@@ -211,7 +211,8 @@ void TubeBuilder::joinSeeds(std::size_t first, const Path& a, const Path& b, con
 
 void TubeBuilder::layTube(const Corners& corners, int axis, const glm::dvec3& power) {
     const Path& a = *corners[0];
-    const int s = axis * 2 + (frame().indexDirection(a.direction)[axis] > 0 ? 1 : 0);
+    const glm::dvec3 way = a.direction + corners[1]->direction + corners[2]->direction;
+    const int s = setFor(axis, frame().indexDirection(a.direction)[axis] > 0, way);
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     openBlock(s, a.medium);
     double ends[3] = {a.end_distance, corners[1]->end_distance, corners[2]->end_distance};
@@ -278,7 +279,7 @@ void TubeBuilder::reserve(int sense, std::size_t corners, std::size_t tubes) {
 }
 
 void TubeBuilder::finish() {
-    for (int s = 0; s < 6; ++s) closeBlock(s);
+    for (std::size_t s = 0; s < sets_.size(); ++s) closeBlock(static_cast<int>(s));
 }
 
 }  // namespace photic

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct TubeLaunch {
     bool counts_emission = true;  ///< false for a second history of the same light: what is emitted is counted once
     bool counts_event = true;     ///< false for a second branch of the same event: what it leaves out is counted once
     bool follows_on = false;      ///< light that meets a specular surface is handed on to longer histories
+    glm::dvec3 lobe_axis{0};      ///< tubes that travel against it belong to the second lobe; 0: all to the first
 };
 
 /// Paths that meet a specular surface at the end of a tube: the domain of the histories that continue them.
@@ -74,8 +76,8 @@ public:
 
     /// Ends the open blocks.
     void finish();
-    /// After finish(): indexed by axis * 2 + (sense > 0).
-    std::array<TubeSet, 6>& sets() { return sets_; }
+    /// After finish().
+    TubeSets& sets() { return sets_; }
 
     /// Of the seeds that are added from here on.
     void setRoot(int root) { root_ = root; }
@@ -99,6 +101,11 @@ private:
     };
     using Corners = std::array<const Path*, 3>;
 
+    /// Where in sets_ tubes lie that go this way along an axis.
+    int setFor(int axis, bool upwards, const glm::dvec3& direction) const {
+        const bool against = glm::dot(direction, launch_.lobe_axis) < 0;
+        return axis * 2 + (upwards ? 1 : 0) + (against ? static_cast<int>(kSetsALobe) : 0);
+    }
     int chooseAxis(const Path& a, const Path& b, const Path& c, double max_slope) const;
     bool missesBox(const Corners& corners) const;
     double shareOfCorner(const Corners& corners) const;
@@ -117,8 +124,8 @@ private:
     const OpticalScene* optics_;
     const Emission* emission_;
     TubeLaunch launch_;
-    std::array<TubeSet, 6> sets_;
-    std::array<OpenBlock, 6> open_;
+    TubeSets sets_;
+    std::array<OpenBlock, std::tuple_size_v<TubeSets>> open_;
     std::vector<TubeSeed> seeds_;
     int root_ = -1;
     PowerLedger power_;
@@ -128,7 +135,7 @@ private:
     struct HoldStart {
         PowerLedger power;
         double arriving = 0, leaving = 0, kept = 0;
-        std::array<std::size_t, 6> tubes{};
+        std::array<std::size_t, std::tuple_size_v<TubeSets>> tubes{};
         std::size_t seeds = 0;
     } hold_;
 };

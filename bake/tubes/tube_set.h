@@ -81,4 +81,8 @@ struct TubeSet {
     void append(const TubeSet& other);
 };
 
+/// The tubes of a launch: indexed by axis * 2 + (sense > 0), and from kSetsALobe on those of the second lobe alike.
+inline constexpr std::size_t kSetsALobe = 6;
+using TubeSets = std::array<TubeSet, 2 * kSetsALobe>;
+
 }  // namespace photic

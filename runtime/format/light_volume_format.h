@@ -14,6 +14,10 @@ inline constexpr int kVersion = 1;
 inline constexpr const char* kIrradiance = "irradiance";
 /// vec3s, contravariant_relative: the irradiance-weighted mean of the directions of travel; length at most 1.
 inline constexpr const char* kDirection = "direction";
+/// As `irradiance` and `direction`, of light that travels against kMetaLobeAxis where light opposes itself; sparse. All
+/// light is the sum of both lobes.
+inline constexpr const char* kIrradiance2 = "irradiance_2";
+inline constexpr const char* kDirection2 = "direction_2";
 /// float: the method's own indicator of focus.
 inline constexpr const char* kCaustic = "caustic";
 /// float [m of optical path]: first arrival at the voxel's centre.
@@ -35,6 +39,7 @@ inline constexpr const char* kMetaIor = "photic:ior";                 // double:
 inline constexpr const char* kMetaScattering = "photic:scattering";   // string: [1/m], a number or [r,g,b]
 inline constexpr const char* kMetaAbsorption = "photic:absorption";   // string: the same
 inline constexpr const char* kMetaAnisotropy = "photic:anisotropy";   // string: Henyey-Greenstein g
+inline constexpr const char* kMetaLobeAxis = "photic:lobe_axis";      // string: [x,y,z], unit
 inline constexpr const char* kMetaPeriod = "photic:period";           // string: [x,y,0] [m]
 inline constexpr const char* kMetaWaterLevel = "photic:water_level";  // double [m]: z of the still water's surface
 inline constexpr const char* kMetaUpAxis = "photic:up_axis";          // string: "Z"

@@ -167,7 +167,9 @@ const UploadInfo& GpuVolume::info() const { return impl_->info; }
 void GpuVolume::bind(unsigned first_texture, unsigned first_buffer, float weight) {
     impl_->bind(first_texture, first_buffer, weight);
 }
+GpuVolume* GpuVolume::secondLobe() { return impl_->second.get(); }
 void GpuVolume::abandon() {
+    if (impl_->second) impl_->second->abandon();
     impl_->light = impl_->rgb = impl_->pages = 0;
     impl_->bricks = impl_->parameter_buffer = 0;
     impl_->sampler = impl_->page_sampler = 0;
@@ -179,11 +181,27 @@ Result<GpuVolume> GpuVolume::upload(const GpuContext& context, const Volume& vol
         gl.clearErrors();
         const GlStateGuard guard(gl);
         gl.ActiveTexture(GL_TEXTURE0);
+        // Each lobe has the share of the budget that it has of the bytes.
+        UploadOptions first = options;
+        std::unique_ptr<GpuVolume> second;
+        if (volume.hasSecondLobe()) {
+            const Volume lobe = volume.secondLobe();
+            UploadOptions rest = options;
+            rest.budget =
+                static_cast<std::uint64_t>(static_cast<double>(options.budget) * static_cast<double>(lobe.bytes()) /
+                                           static_cast<double>(volume.bytes()));
+            Result<GpuVolume> uploaded = upload(context, lobe, rest);
+            if (!uploaded) return uploaded.error();
+            first.budget = options.budget - std::min(options.budget, uploaded->info().bytes);
+            second = std::make_unique<GpuVolume>(std::move(*uploaded));
+        }
+        gl.ActiveTexture(GL_TEXTURE0);
         auto impl =
-            fitLayout(volume, options, limitsOf(gl, options), [&](const VolumeLayout& layout, const UploadInfo& info) {
+            fitLayout(volume, first, limitsOf(gl, options), [&](const VolumeLayout& layout, const UploadInfo& info) {
                 return uploadLayout(context, layout, info, options.filter);
             });
         if (!impl) return impl.error();
+        (*impl)->second = std::move(second);
         return GpuVolume(std::move(*impl));
     });
 }

@@ -25,6 +25,7 @@ struct GpuVolume::Impl {
     GLuint page_sampler = 0;                  ///< nearest
     VolumeParameters parameters{};
     float reference_irradiance = 1;
+    std::unique_ptr<GpuVolume> second;  ///< lobe, or null
     UploadInfo info;
     Filter filter = Filter::Hardware;
 };

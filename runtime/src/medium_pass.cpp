@@ -140,7 +140,7 @@ Status MediumPass::draw(const GBuffer& surfaces, const Target& target, const std
                         const MediumOptions& options) {
     return guarded([&]() -> Status {
         if (!surfaces.depth) fail(ErrorCode::Usage, "the G-buffer lacks depth");
-        requireVolumes(volumes);
+        const std::vector<LitVolume> lobes = allLobes(volumes);
         require(options);
         Impl& impl = *impl_;
         const GlFunctions& gl = impl.gl();
@@ -162,7 +162,7 @@ Status MediumPass::draw(const GBuffer& surfaces, const Target& target, const std
         if (options.resolution == MediumResolution::Full) {
             gl.Enable(GL_BLEND);
             gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);  // alpha stays the game's
-            impl.scatterInto(target, surfaces, volumes, options, 1);
+            impl.scatterInto(target, surfaces, lobes, options, 1);
             return Done{};
         }
         const Target half = impl.halfTarget(surfaces);
@@ -171,7 +171,7 @@ Status MediumPass::draw(const GBuffer& surfaces, const Target& target, const std
         gl.ClearBufferfv(GL_COLOR, 0, nothing);
         gl.Enable(GL_BLEND);
         gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ZERO);  // alpha is the depth, the same for all volumes
-        impl.scatterInto(half, surfaces, volumes, options, 2);
+        impl.scatterInto(half, surfaces, lobes, options, 2);
 
         bindTarget(gl, target);
         gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);

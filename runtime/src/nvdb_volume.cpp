@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the grids of a `.nvdb` to the bricks of a Volume.
 #include <algorithm>
+#include <iterator>
+#include <string>
 
 #include "runtime/src/metadata_json.h"
 #include "runtime/src/nvdb_grid.h"
@@ -33,8 +35,12 @@ struct Source {
     Channels channels;
 };
 
-/// The grids that make the light, irradiance before direction.
-std::vector<Source> sourcesOf(const std::vector<NvdbGrid>& grids) {
+/// The grids of the second lobe are called as those of the first, and this.
+constexpr const char* kSecondLobe = "_2";
+
+/// The grids that make the light of a lobe, irradiance before direction.
+/// @param suffix  of their names
+std::vector<Source> sourcesOf(const std::vector<NvdbGrid>& grids, const std::string& suffix) {
     std::vector<Source> sources;
     std::string names;
     const auto has = [&](Channels c) {
@@ -43,7 +49,7 @@ std::vector<Source> sourcesOf(const std::vector<NvdbGrid>& grids) {
     for (const NvdbGrid& grid : grids) {
         names += (names.empty() ? "'" : ", '") + grid.name() + "'";
         for (const Role& role : kRoles) {
-            if (grid.name() != role.name) continue;
+            if (grid.name() != role.name + suffix) continue;
             if (!grid.typeIsRead()) {
                 fail(ErrorCode::Format,
                      "grid '" + grid.name() + "' is of NanoVDB's type " + std::to_string(grid.typeNumber()) +
@@ -80,8 +86,18 @@ bool sameTransform(const VoxelTransform& a, const VoxelTransform& b) {
     return a.world_from_index == b.world_from_index && a.origin_world == b.origin_world;
 }
 
-Volume volumeOf(const std::vector<NvdbGrid>& grids, const LoadOptions& options) {
-    const std::vector<Source> sources = sourcesOf(grids);
+/// Whether the file keeps light of a second lobe.
+bool hasSecondLobe(const std::vector<NvdbGrid>& grids) {
+    return std::any_of(grids.begin(), grids.end(), [](const NvdbGrid& grid) {
+        return std::any_of(std::begin(kRoles), std::end(kRoles),
+                           [&](const Role& role) { return grid.name() == std::string(role.name) + kSecondLobe; });
+    });
+}
+
+/// @param second  to go with it
+Volume lobeOf(const std::vector<NvdbGrid>& grids, const std::string& suffix, const Volume& second,
+              const LoadOptions& options) {
+    const std::vector<Source> sources = sourcesOf(grids, suffix);
     VolumeBuilder builder(sources.front().grid->transform(), options.largest_memory);
     for (const NvdbGrid& grid : grids) {
         const std::string json = grid.blindText("photic");
@@ -108,7 +124,16 @@ Volume volumeOf(const std::vector<NvdbGrid>& grids, const LoadOptions& options) 
             builder.setBrick(leaf.origin, sources[i].channels, values.data());
         }
     }
+    builder.setSecondLobe(second);
     return builder.finish();
+}
+
+Volume volumeOf(const std::vector<NvdbGrid>& grids, const LoadOptions& options) {
+    if (!hasSecondLobe(grids)) return lobeOf(grids, "", Volume(), options);
+    const Volume second = lobeOf(grids, kSecondLobe, Volume(), options);
+    LoadOptions rest = options;
+    rest.largest_memory -= std::min(rest.largest_memory, second.bytes());
+    return lobeOf(grids, "", second, rest);
 }
 
 }  // namespace

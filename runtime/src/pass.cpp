@@ -94,10 +94,14 @@ void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfac
     runtime::bindGBuffer(gl(), uniforms, surfaces, nearest_);
 }
 
-void requireVolumes(const std::vector<LitVolume>& volumes) {
+std::vector<LitVolume> allLobes(const std::vector<LitVolume>& volumes) {
+    std::vector<LitVolume> lobes;
     for (const LitVolume& v : volumes) {
         if (!v.volume) fail(ErrorCode::Usage, "a LitVolume has no volume");
+        lobes.push_back(v);
+        if (GpuVolume* second = v.volume->secondLobe()) lobes.push_back({second, v.weight});
     }
+    return lobes;
 }
 
 }  // namespace photic::runtime

@@ -53,7 +53,8 @@ GLuint makeNearestSampler(const GlFunctions& gl);
 /// What FullScreenPass::bindGBuffer does, for passes that draw something else.
 void bindGBuffer(const GlFunctions& gl, const Uniforms& uniforms, const GBuffer& surfaces, GLuint nearest);
 
+/// The volumes with their second lobes as volumes beside them.
 /// @throws Failure{Usage} unless all volumes are there
-void requireVolumes(const std::vector<LitVolume>& volumes);
+std::vector<LitVolume> allLobes(const std::vector<LitVolume>& volumes);
 
 }  // namespace photic::runtime

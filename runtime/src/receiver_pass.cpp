@@ -42,14 +42,14 @@ Status ReceiverPass::draw(const GBuffer& surfaces, const Target& target, const s
                           const ReceiverOptions& options) {
     return guarded([&]() -> Status {
         if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
-        requireVolumes(volumes);
+        const std::vector<LitVolume> lobes = allLobes(volumes);
         FullScreenPass& pass = impl_->pass;
         const GlFunctions& gl = pass.gl();
         const GlStateGuard guard(gl);
         bindTarget(gl, target);
         gl.Enable(GL_BLEND);
         gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
-        for (const LitVolume& lit : volumes) {
+        for (const LitVolume& lit : lobes) {
             if (lit.weight == 0) continue;
             const Uniforms uniforms(gl, pass.programFor(*lit.volume));
             pass.bindGBuffer(uniforms, surfaces);

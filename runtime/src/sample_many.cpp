@@ -106,25 +106,35 @@ Vec3 scaled(const Float4& v, double by) {
     return {by * static_cast<double>(v[0]), by * static_cast<double>(v[1]), by * static_cast<double>(v[2])};
 }
 
+void addTo(Vec3& to, const Vec3& v) { to.x += v.x, to.y += v.y, to.z += v.z; }
+
 }  // namespace
 
 void Volume::sample(std::span<const Vec3> world, std::span<Light> light) const {
-    const double scale = data_->metadata.reference_irradiance;
-    sampleBlocks(*data_, world.first(std::min(world.size(), light.size())),
-                 [&](std::size_t i, const Float4& flux, const Float4& colour) {
-                     light[i].flux = scaled(flux, scale);
-                     light[i].irradiance = scaled(colour, scale);
-                 });
+    const std::size_t count = std::min(world.size(), light.size());
+    std::fill_n(light.begin(), count, Light{});
+    for (const VolumeData* lobe : {data_.get(), data_->second.get()}) {
+        if (lobe == nullptr) continue;
+        const double scale = lobe->metadata.reference_irradiance;
+        sampleBlocks(*lobe, world.first(count), [&](std::size_t i, const Float4& flux, const Float4& colour) {
+            addTo(light[i].flux, scaled(flux, scale));
+            addTo(light[i].irradiance, scaled(colour, scale));
+        });
+    }
 }
 
 void Volume::irradiance(std::span<const Vec3> world, std::span<const Vec3> normals, std::span<Vec3> out) const {
     const std::size_t count = std::min({world.size(), normals.size(), out.size()});
-    const bool directed = data_->has_direction;
-    sampleBlocks(*data_, world.first(count), [&](std::size_t i, const Float4& flux, const Float4& colour) {
-        double factor = data_->metadata.reference_irradiance;
-        if (directed) factor *= towards(normals[i], {flux[0], flux[1], flux[2]}, static_cast<double>(flux[3]));
-        out[i] = scaled(colour, factor);
-    });
+    std::fill_n(out.begin(), count, Vec3{});
+    for (const VolumeData* lobe : {data_.get(), data_->second.get()}) {
+        if (lobe == nullptr) continue;
+        const bool directed = lobe->has_direction;
+        sampleBlocks(*lobe, world.first(count), [&](std::size_t i, const Float4& flux, const Float4& colour) {
+            double factor = lobe->metadata.reference_irradiance;
+            if (directed) factor *= towards(normals[i], {flux[0], flux[1], flux[2]}, static_cast<double>(flux[3]));
+            addTo(out[i], scaled(colour, factor));
+        });
+    }
 }
 
 }  // namespace photic::runtime

@@ -54,23 +54,49 @@ Volume::Volume() {
     data_ = kDark;
 }
 
+namespace {
+
+void add(const VolumeData& data, const Vec3& world, Light& light) {
+    const Sums sums = interpolate(data, world);
+    const double scale = data.metadata.reference_irradiance;
+    const auto add3 = [scale](Vec3& to, double x, double y, double z) {
+        to.x += scale * x, to.y += scale * y, to.z += scale * z;
+    };
+    add3(light.flux, sums[0], sums[1], sums[2]);
+    if (data.coloured) {
+        add3(light.irradiance, sums[4], sums[5], sums[6]);
+    } else {
+        add3(light.irradiance, sums[3], sums[3], sums[3]);
+    }
+}
+
+void add(const VolumeData& data, const Vec3& world, const Vec3& normal, Vec3& received) {
+    const Sums sums = interpolate(data, world);
+    double factor = data.metadata.reference_irradiance;
+    if (data.has_direction) factor *= towards(normal, {sums[0], sums[1], sums[2]}, sums[3]);
+    received.x += factor * sums[data.coloured ? 4 : 3];
+    received.y += factor * sums[data.coloured ? 5 : 3];
+    received.z += factor * sums[data.coloured ? 6 : 3];
+}
+
+}  // namespace
+
 Light Volume::sample(const Vec3& world) const {
-    const Sums sums = interpolate(*data_, world);
-    const double scale = data_->metadata.reference_irradiance;
     Light light;
-    light.flux = {scale * sums[0], scale * sums[1], scale * sums[2]};
-    light.irradiance = data_->coloured ? Vec3{scale * sums[4], scale * sums[5], scale * sums[6]}
-                                       : Vec3{scale * sums[3], scale * sums[3], scale * sums[3]};
+    add(*data_, world, light);
+    if (data_->second) add(*data_->second, world, light);
     return light;
 }
 
 Vec3 Volume::irradiance(const Vec3& world, const Vec3& normal) const {
-    const Sums sums = interpolate(*data_, world);
-    double factor = data_->metadata.reference_irradiance;
-    if (data_->has_direction) factor *= towards(normal, {sums[0], sums[1], sums[2]}, sums[3]);
-    if (data_->coloured) return {factor * sums[4], factor * sums[5], factor * sums[6]};
-    return {factor * sums[3], factor * sums[3], factor * sums[3]};
+    Vec3 received;
+    add(*data_, world, normal, received);
+    if (data_->second) add(*data_->second, world, normal, received);
+    return received;
 }
+
+Volume Volume::secondLobe() const { return data_->second ? Volume(data_->second) : Volume(); }
+bool Volume::hasSecondLobe() const { return data_->second != nullptr; }
 
 const Metadata& Volume::metadata() const { return data_->metadata; }
 bool Volume::coloured() const { return data_->coloured; }
@@ -93,7 +119,7 @@ Vec3 Volume::voxelCentre(int i, int j, int k) const {
 
 std::uint64_t Volume::bytes() const {
     return sizeof(VolumeData) + data_->pages.size() * sizeof(std::uint32_t) + data_->light.size() * sizeof(Half4) +
-           data_->rgb.size() * sizeof(std::array<Half, 3>);
+           data_->rgb.size() * sizeof(std::array<Half, 3>) + (data_->second ? Volume(data_->second).bytes() : 0);
 }
 
 namespace {

@@ -53,6 +53,9 @@ public:
     /// too
     void setBrick(const Int3& origin, Channels channels, const float* values);
 
+    /// The second lobe, or a dark volume where there is none.
+    void setSecondLobe(const Volume& second) { data_->second = second.litVoxelCount() > 0 ? second.share() : nullptr; }
+
     Volume finish();
 
 private:

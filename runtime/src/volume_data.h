@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,10 @@ struct VolumeData {
     std::vector<std::uint32_t> pages;      ///< x fastest: the brick's number; 0 is darkness
     std::vector<Half4> light;              ///< 512 per brick, x fastest, beginning with brick 0: flux.xyz, irradiance
     std::vector<std::array<Half, 3>> rgb;  ///< irradiance per channel, likewise; empty when not coloured
+
+    /// Light that travels against the rest where light opposes itself: a volume of its own, or null. All light is the
+    /// sum of both.
+    std::shared_ptr<const VolumeData> second;
 
     Int3 lit_min{0, 0, 0}, lit_max{-1, -1, -1};  ///< voxels around all that is not dark
     std::uint64_t lit_voxels = 0;

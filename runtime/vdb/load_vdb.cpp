@@ -44,8 +44,8 @@ float valueOf(const LightField& field, int slot, std::size_t channel, int offset
     return field.dense(slot)[channel * kVoxels + static_cast<std::size_t>(offset)];
 }
 
-Volume volumeOf(const LightVolume& from, const LoadOptions& options) {
-    const LightField& field = from.field;
+/// One lobe of a volume.
+Volume lobeOf(const LightVolume& from, const LightField& field, const Volume& second, const LoadOptions& options) {
     const auto colours = static_cast<std::size_t>(field.channels().irradiance);
     const bool coloured = colours == 3, directed = from.has_direction && field.channels().flux;
     VolumeBuilder builder(transformOf(field.frame()), options.largest_memory);
@@ -76,7 +76,12 @@ Volume volumeOf(const LightVolume& from, const LoadOptions& options) {
         builder.setBrick(originOf(field, slot), Channels::FluxAndIrradiance, light.data());
         if (coloured) builder.setBrick(originOf(field, slot), Channels::Rgb, rgb.data());
     }
+    builder.setSecondLobe(second);
     return builder.finish();
+}
+
+Volume volumeOf(const LightVolume& from, const LoadOptions& options) {
+    return lobeOf(from, from.field, from.second ? lobeOf(from, *from.second, Volume(), options) : Volume(), options);
 }
 
 }  // namespace

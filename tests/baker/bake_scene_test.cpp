@@ -152,7 +152,7 @@ TEST(BakeScene, SaysWhatOpposedSunsLose) {
     const auto warned = [](const std::string& direction, double irradiance) -> std::string {
         Record monitor;
         bakeScene(poolScene("[[light]]\ntype = \"sun\"\nangular_diameter = 0\ndirection = " + direction +
-                            "\nirradiance = " + std::to_string(irradiance) + "\n"),
+                            "\nirradiance = " + std::to_string(irradiance) + "\n[bake]\nlobes = 1\n"),
                   monitor);
         for (const std::string& w : monitor.warnings)
             if (w.find("rays cross") != std::string::npos) return w;

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Receivers against `photic picture` of the same bake, in both engines, wherever they are moved."""
+import json
 import math
 import pathlib
 import unittest
@@ -50,6 +51,33 @@ def look_along(point, normal):
     bpy.context.view_layer.update()
 
 
+def compare(test, point, normal, engines=ENGINES):
+    wanted = baked_picture(point, normal)
+    test.assertGreater(wanted.std() / wanted.mean(), 0.05, "nothing to be seen there")
+    look_along(point, normal)
+    for engine in engines:
+        found = render(engine, SIZE)[..., :3] * math.pi / 0.8
+        test.assertLess(rmse(found, wanted), LIMIT, engine)
+
+
+def compare_wall(test, floor, side):
+    """The floor's mesh, which lies at z = -1, stood up as a wall at x = 0.7 side, its lit side towards the middle."""
+    before = floor.matrix_world.copy()
+    stand = Matrix(((0, 0, -side), (0, 1, 0), (side, 0, 0))).to_4x4()
+    floor.matrix_world = Matrix.Translation(((0.7 - 1.0) * side, 0.0, -0.65)) @ stand
+    bpy.context.view_layer.update()
+    global HALF
+    look_along((0.7 * side, 0, -0.65), (-side, 0, 0))
+    HALF, kept = 0.3, HALF
+    bpy.context.scene.camera.data.ortho_scale = 2 * HALF
+    try:
+        compare(test, (0.7 * side, 0, -0.65), (-side, 0, 0))
+    finally:
+        HALF = kept
+        bpy.context.scene.camera.data.ortho_scale = 2 * HALF
+        floor.matrix_world = before
+
+
 class Receivers(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -62,16 +90,8 @@ class Receivers(unittest.TestCase):
         for obj in (cls.water, bpy.data.objects["Sun"]):
             obj.hide_render = True
 
-    def compare(self, point, normal, engines=ENGINES):
-        wanted = baked_picture(point, normal)
-        self.assertGreater(wanted.std() / wanted.mean(), 0.05, "nothing to be seen there")
-        look_along(point, normal)
-        for engine in engines:
-            found = render(engine, SIZE)[..., :3] * math.pi / 0.8
-            self.assertLess(rmse(found, wanted), LIMIT, engine)
-
     def test_floor(self):
-        self.compare((0, 0, -1.0), (0, 0, 1))
+        compare(self, (0, 0, -1.0), (0, 0, 1))
 
     def test_shifted_by_a_voxel_is_found(self):
         wanted = baked_picture((0, 0, -1.0), (0, 0, 1))
@@ -83,24 +103,11 @@ class Receivers(unittest.TestCase):
         for height in (-0.7, -0.43):
             self.floor.location.z = height + 1.0
             bpy.context.view_layer.update()
-            self.compare((0, 0, height), (0, 0, 1), engines=ENGINES if height == -0.43 else ENGINES[:1])
+            compare(self, (0, 0, height), (0, 0, 1), engines=ENGINES if height == -0.43 else ENGINES[:1])
         self.floor.matrix_world = before
 
     def test_wall(self):
-        before = self.floor.matrix_world.copy()
-        # The floor's mesh lies at z = -1; stood up, its lit side looks along -x.
-        stand = Matrix(((0, 0, -1), (0, 1, 0), (1, 0, 0))).to_4x4()
-        self.floor.matrix_world = Matrix.Translation((0.7 - 1.0, 0.0, -0.65)) @ stand
-        bpy.context.view_layer.update()
-        global HALF
-        HALF, kept = 0.3, HALF
-        bpy.context.scene.camera.data.ortho_scale = 2 * HALF
-        try:
-            self.compare((0.7, 0, -0.65), (-1, 0, 0))
-        finally:
-            HALF = kept
-            bpy.context.scene.camera.data.ortho_scale = 2 * HALF
-            self.floor.matrix_world = before
+        compare_wall(self, self.floor, 1)
 
     def test_moved_and_turned_volume_takes_its_light_along(self):
         look_along((0, 0, -1.0), (0, 0, 1))
@@ -167,3 +174,27 @@ class ColouredReceivers(unittest.TestCase):
             for channel in range(3):
                 self.assertLess(rmse(found[..., channel], wanted[..., channel]), LIMIT, (engine, channel))
             self.assertGreater(found[..., 0].mean(), 2 * found[..., 2].mean())
+
+
+class OpposedSuns(unittest.TestCase):
+    """A wall between two suns: each lights its own side, which one direction a voxel cannot tell."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scene, cls.water, cls.floor = scenes.pool(waves=64, floor_size=2.0, floor_depth=1.0)
+        scenes.sun(energy=2.0, direction=(-0.77, -0.25, -0.58)).name = "Sun 2"
+        settings = cls.scene.photic
+        settings.folder, settings.resolution = str(OUT), 96
+        settings.options_beams.disc = "off"
+        settings.match_cycles = False
+        assert bpy.ops.photic.bake() == {"FINISHED"}
+        for obj in (cls.water, bpy.data.objects["Sun"], bpy.data.objects["Sun 2"]):
+            obj.hide_render = True
+
+    def test_the_second_lobe_is_there(self):
+        sidecar = json.loads(pathlib.Path(bpy.path.abspath(self.scene.photic.atlas_file)).read_text(encoding="utf-8"))
+        self.assertTrue(sidecar["image_2"])
+
+    def test_walls(self):
+        for side in (1, -1):
+            compare_wall(self, self.floor, side)

@@ -154,7 +154,8 @@ TEST(Bake, WarnsOfFacesThatAreTurnedOver) {
     EXPECT_NE(mixed[0].get<std::string>().find("1 of 2 faces"), std::string::npos) << mixed;
 }
 
-/// Suns from opposite sides: what a voxel's one direction loses is said where the bake says everything else.
+/// Suns from opposite sides: what one direction a voxel loses is said where the bake says everything else; two lose
+/// nothing.
 TEST(Bake, WarnsOfOpposedSuns) {
     const Workplace place;
     PoolText pool;
@@ -163,11 +164,13 @@ TEST(Bake, WarnsOfOpposedSuns) {
     pool.extra =
         "[[light]]\ntype = \"sun\"\nirradiance = 1000.0\ndirection = [-0.7660444431189781, 0.0, -0.6427876096865394]";
     place.write("two.toml", pool.text());
-    const Outcome one = photic(place, {"bake", "one.toml"}), two = photic(place, {"bake", "two.toml"});
+    const Outcome one = photic(place, {"bake", "one.toml"}), two = photic(place, {"bake", "two.toml"}),
+                  kept_one = photic(place, {"bake", "two.toml", "--lobes", "1"});
     ASSERT_EQ(one.code, 0) << one.err;
     ASSERT_EQ(two.code, 0) << two.err;
     EXPECT_EQ(one.err.find("a voxel keeps one"), std::string::npos) << one.err;
-    EXPECT_NE(two.err.find("a voxel keeps one"), std::string::npos) << two.err;
+    EXPECT_EQ(two.err.find("far apart"), std::string::npos) << two.err;
+    EXPECT_NE(kept_one.err.find("a voxel keeps one"), std::string::npos) << kept_one.err;
 }
 
 TEST(Bake, ThreadsChangeNothing) {
@@ -195,6 +198,7 @@ TEST(Bake, CommandLineReplacesTheScenesSettings) {
     EXPECT_EQ(bake({"--resolution", "16"})["grid"]["size"][0], 16);
     EXPECT_EQ(bake({"--where", "receivers"})["settings"]["where"], "receivers");
     EXPECT_EQ(bake({"--quadrature", "2"})["settings"]["quadrature"], 2);
+    EXPECT_EQ(bake({"--lobes", "1"})["settings"]["lobes"], 1);
     EXPECT_EQ(bake({"--tolerance", "0.5"})["settings"]["tolerance"], 0.5);
     EXPECT_EQ(bake({"--prefilter"})["settings"]["prefilter"], true);
     PoolText filtered;

@@ -23,7 +23,7 @@ void expectValidSidecar(const json& j) {
         "photic_atlas", "image",       "rgb_image",    "width",          "height",           "columns",   "rows",
         "slices",       "slice_width", "slice_height", "texel_of_voxel", "sample_position",  "channels",  "scale",
         "unit",         "up_axis",     "voxel_size",   "bounds_world",   "world_from_index", "index_min", "resampled",
-        "metadata"};
+        "metadata",     "image_2",     "rgb_image_2"};
     std::set<std::string> found;
     for (const auto& [key, value] : j.items()) found.insert(key);
     EXPECT_EQ(found, names);

@@ -156,7 +156,7 @@ TEST(Glass, AFewTrianglesTellWhatAllTake) {
         }
         const OpticalScene optics(glass.scene, glass.frame);
         const std::vector<SpectralSample> spectrum = spectralSamples(1);
-        const TubeSink nowhere = [](std::array<TubeSet, 6>&&) {};
+        const TubeSink nowhere = [](TubeSets&&) {};
         Monitor quiet;
         const auto launched = [&](int sampled) {
             LaunchOptions options;

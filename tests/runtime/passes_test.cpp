@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "bake/optics/phase_function.h"
+#include "tests/runtime/baked_scene.h"
 #include "tests/runtime/gpu_fixture.h"
 #include "tests/runtime/scene_view.h"
 
@@ -121,6 +122,48 @@ TEST_F(Passes, LightsAddUpAndAlbedoScales) {
     for (std::size_t n = 0; n < a.size(); n += 4) {
         ASSERT_NEAR(b[n], 1 + 0.5F * 1.25F * a[n], 1e-4F * (1 + a[n]));
         ASSERT_NEAR(b[n + 2], 3 + 1.25F * a[n + 2], 1e-4F * (1 + a[n]));
+    }
+}
+
+/// A pool under a sun and another one from the north, where some of the first one's light goes.
+Volume opposedSuns() {
+    const test::BakedScene baked = test::bake(test::poolText("600.0", R"([[light]]
+type = "sun"
+direction = [0.25, -0.77, -0.58]
+irradiance = 500.0
+angular_diameter = 0
+)"));
+    return test::asGameVolume(baked.volume, NvdbPrecision::Half);
+}
+
+TEST_F(Passes, LightThatOpposesItselfHasTwoLobes) {
+    const Volume volume = opposedSuns();
+    ASSERT_TRUE(volume.hasSecondLobe());
+    GpuVolume gpu = upload(volume, {});
+    ASSERT_NE(gpu.secondLobe(), nullptr);
+    EXPECT_GT(gpu.secondLobe()->info().bytes, 0u);
+    // A north wall, lit by the first sun, and a south wall, lit by the second.
+    const test::Trace walls = test::planes({{{0, 0.45, 0}, {0, -1, 0}}, {{0, -0.45, 0}, {0, 1, 0}}});
+    for (const double y : {-0.2, 0.2}) {
+        Eye eye = poolEye();
+        eye.position = {-0.1, y, -0.4}, eye.target = {0, 4 * y, -0.5};
+        const DrawnView view(gl_, eye, walls);
+        auto pass = ReceiverPass::create(*gpu_);
+        ASSERT_TRUE(pass.ok()) << pass.error().message;
+        ReceiverOptions options;
+        options.output = ReceiverOutput::Irradiance;
+        ASSERT_TRUE(pass->draw(view.surfaces, view.target, {{&gpu}}, options).ok());
+        double brightest = 0;
+        const auto truth = eachPixel(eye, [&](const glm::dvec3& direction) {
+            const auto hit = walls(eye.position, direction);
+            if (!hit) return glm::dvec3(0);
+            const glm::dvec3 e =
+                glmOf(volume.irradiance(vecOf(eye.position + hit->distance * direction), vecOf(hit->normal)));
+            brightest = std::max(brightest, e.x);
+            return e;
+        });
+        EXPECT_GT(brightest, 50);
+        EXPECT_LT(relativeRmse(view.pixels(), truth), 0.003) << y;
     }
 }
 

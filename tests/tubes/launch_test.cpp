@@ -23,7 +23,7 @@ Launched launched(const WaterScene& water, const LaunchOptions& options, bool me
     const Emission emission(water.scene, 0, lightSamples(light, 1).front());
     const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
     Launched out;
-    const TubeSink sink = [&](const std::array<TubeSet, 6>& sets) {
+    const TubeSink sink = [&](const TubeSets& sets) {
         for (const TubeSet& set : sets) {
             for (const TubeConstants& tube : set.tubes) out.power += static_cast<double>(tube.power[0]);
             for (const CornerRay& corner : set.corners)

@@ -14,6 +14,8 @@ class Atlas:
     """Where each voxel is in the picture. Voxel (i, j, k), from 0, is centred at origin + (i, j, k) * voxel_size."""
     image: str                  # path of the EXR
     rgb_image: str              # path of the coloured one, or ""
+    image_2: str                # the second lobe's, or ""
+    rgb_image_2: str
     width: int
     height: int
     columns: int
@@ -34,9 +36,13 @@ def read(path):
         if sidecar["photic_atlas"] != VERSION:
             raise BakerError(f"'{path}' is an atlas of version {sidecar['photic_atlas']}, and this add-on reads {VERSION}")
         matrix = sidecar["world_from_index"]
-        rgb = sidecar["rgb_image"]
+
+        def beside(key):
+            name = sidecar.get(key)
+            return str(path.parent / name) if name else ""
         return Atlas(
-            image=str(path.parent / sidecar["image"]), rgb_image=str(path.parent / rgb) if rgb else "",
+            image=str(path.parent / sidecar["image"]), rgb_image=beside("rgb_image"),
+            image_2=beside("image_2"), rgb_image_2=beside("rgb_image_2"),
             width=sidecar["width"], height=sidecar["height"], columns=sidecar["columns"], slices=sidecar["slices"],
             slice_width=sidecar["slice_width"], slice_height=sidecar["slice_height"],
             origin=tuple(row[3] for row in matrix[:3]), voxel_size=tuple(matrix[i][i] for i in range(3)),

@@ -17,10 +17,11 @@ FRINGE = 0.02
 LEAST_EXTINCTION = 1e-3     # [1/m]; EEVEE 3.4 shows emission without extinction 19 times too bright
 
 
-def build_material(volume_object, medium, reference, has_density, coloured, under_water, strength):
+def build_material(volume_object, medium, layout, has_density, under_water, strength):
     """(Re)builds the group and the material of a volume, and returns the material.
 
-    `medium` has absorption, scattering [1/m] and anisotropy; `reference` [W/m2] is what stored irradiance is a multiple of.
+    `medium` has absorption, scattering [1/m] and anisotropy; `layout` is the volume's atlas, which says what stored irradiance is a
+    multiple of, whether it is coloured, and whether there is a second lobe.
     Irradiance and direction are interpolated apart by Blender; see docs/light_volume.md for what that costs.
     """
     tree = groups.fresh(
@@ -31,17 +32,16 @@ def build_material(volume_object, medium, reference, has_density, coloured, unde
     b = build.Builder(tree)
     given = b.node("NodeGroupInput")
     absorption, scattering, g = (given.outputs[name] for name in ("Absorption", "Scattering", "Anisotropy"))
-    irradiance = b.node("ShaderNodeAttribute", attribute_name="irradiance").outputs["Color"]
-    direction = b.node("ShaderNodeAttribute", attribute_name="direction").outputs["Vector"]
+    scattered, irradiance = None, None
+    for suffix in ("", "_2") if layout.image_2 else ("",):
+        light = b.node("ShaderNodeAttribute", attribute_name="irradiance" + suffix).outputs["Color"]
+        lobe = b.vector("SCALE", light, scale=_phase(b, tree, volume_object, "direction" + suffix, g))
+        scattered = b.vector("ADD", scattered, lobe) if scattered else lobe
+        irradiance = b.vector("ADD", irradiance, light) if irradiance else light
     mask = _mask(b, irradiance, has_density)
-
-    turn = b.node("ShaderNodeVectorRotate", "Into the world", rotation_type="EULER_XYZ")
-    groups.drive_rotation(tree, turn, volume_object)
-    b.plug(direction, turn.inputs["Vector"])
-    phase = _henyey_greenstein(b, turn.outputs[0], g)
     scale = b.math("MULTIPLY", b.math("MULTIPLY", b.value(STRENGTH, strength), b.value(UNDER_WATER, under_water)),
-                   b.math("MULTIPLY", mask if coloured else b.math("GREATER_THAN", mask, FRINGE), reference))
-    radiance = b.vector("SCALE", b.vector("MULTIPLY", irradiance, scattering), scale=b.math("MULTIPLY", phase, scale))
+                   b.math("MULTIPLY", mask if layout.rgb_image else b.math("GREATER_THAN", mask, FRINGE), layout.scale))
+    radiance = b.vector("SCALE", b.vector("MULTIPLY", scattered, scattering), scale=scale)
     emission = b.node("ShaderNodeEmission")
     b.plug(radiance, emission.inputs["Color"])
 
@@ -58,6 +58,14 @@ def _mask(b, irradiance, has_density):
     if has_density:
         return b.node("ShaderNodeAttribute", attribute_name="density").outputs[2]
     return b.math("GREATER_THAN", b.vector("DOT_PRODUCT", irradiance, (1.0, 1.0, 1.0)), 1e-6)
+
+
+def _phase(b, tree, volume_object, grid, g):
+    """Towards the camera, of light that travels as a grid of directions says."""
+    turn = b.node("ShaderNodeVectorRotate", "Into the world", rotation_type="EULER_XYZ")
+    groups.drive_rotation(tree, turn, volume_object)
+    b.plug(b.node("ShaderNodeAttribute", attribute_name=grid).outputs["Vector"], turn.inputs["Vector"])
+    return _henyey_greenstein(b, turn.outputs[0], g)
 
 
 def _henyey_greenstein(b, direction, g):

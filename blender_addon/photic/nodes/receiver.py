@@ -21,7 +21,7 @@ def build_group(volume_object, sample_group, level, under_water, strength):
     b = build.Builder(tree)
     given = b.node("NodeGroupInput")
     light = b.node("ShaderNodeGroup", "Light", node_tree=sample_group)
-    flux, colour, place = light.outputs["Flux"], light.outputs["Colour"], light.outputs["Position"]
+    place = light.outputs["Position"]
 
     # A normal that nobody links is (0, 0, 0): the shaded one then.
     shaded = b.node("ShaderNodeNewGeometry").outputs["Normal"]
@@ -32,11 +32,17 @@ def build_group(volume_object, sample_group, level, under_water, strength):
     groups.drive_rotation(tree, turn, volume_object)
     b.plug(normal, turn.inputs["Vector"])
 
-    onto = b.math("MAXIMUM", b.math("MULTIPLY", b.vector("DOT_PRODUCT", flux, turn.outputs[0]), -1.0), 0.0)
     below = b.math("LESS_THAN", b.split(place)[2], b.value(LEVEL, level))
     scaled = b.math("MULTIPLY_ADD", below, b.math("SUBTRACT", b.value(UNDER_WATER, under_water), 1.0), 1.0)
-    received = b.math("MULTIPLY", b.math("MULTIPLY", onto, scaled), b.value(STRENGTH, strength))
-    irradiance = b.vector("SCALE", colour, scale=received)
+    factor = b.math("MULTIPLY", scaled, b.value(STRENGTH, strength))
+    irradiance = None
+    for suffix in ("", " 2"):       # of each lobe: light that opposes the rest has a direction of its own
+        if "Flux" + suffix not in light.outputs:
+            continue
+        along = b.vector("DOT_PRODUCT", light.outputs["Flux" + suffix], turn.outputs[0])
+        received = b.math("MULTIPLY", b.math("MAXIMUM", b.math("MULTIPLY", along, -1.0), 0.0), factor)
+        lobe = b.vector("SCALE", light.outputs["Colour" + suffix], scale=received)
+        irradiance = b.vector("ADD", irradiance, lobe) if irradiance else lobe
 
     emission = b.node("ShaderNodeEmission")
     b.plug(b.vector("MULTIPLY", irradiance, given.outputs["Albedo"]), emission.inputs["Color"])

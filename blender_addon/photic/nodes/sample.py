@@ -18,11 +18,13 @@ def build_group(volume_object, atlas, late=(0.0, 0.0, 0.0), frames=None):
     """(Re)builds the group of a volume. `frames` is (first frame, count) of a sequence; `late` [m] is where the light's own
     (0, 0, 0) is in the object's frame.
 
-    Outputs, in the light's frame: Flux [W/m2] by the mean of the channels, Colour (flux's channels over their mean), Position [m].
+    Outputs, in the light's frame: Flux [W/m2] by the mean of the channels, Colour (flux's channels over their mean), both for the
+    second lobe too where there is one (Flux 2, Colour 2: light that opposes the rest), and Position [m].
     """
-    tree = groups.fresh(groups.named("Sample", volume_object), [],
-                        [("NodeSocketVector", "Flux", None), ("NodeSocketColor", "Colour", None),
-                         ("NodeSocketVector", "Position", None)])
+    lobes = _lobes(volume_object, atlas, frames)
+    sockets = [socket for suffix, _ in lobes
+               for socket in (("NodeSocketVector", "Flux" + suffix, None), ("NodeSocketColor", "Colour" + suffix, None))]
+    tree = groups.fresh(groups.named("Sample", volume_object), [], [*sockets, ("NodeSocketVector", "Position", None)])
     b = build.Builder(tree)
     in_object = b.node("ShaderNodeTexCoord", "Position in the volume", object=volume_object).outputs["Object"]
     place = b.vector("SUBTRACT", in_object, late)
@@ -32,28 +34,47 @@ def build_group(volume_object, atlas, late=(0.0, 0.0, 0.0), frames=None):
     sizes = (atlas.slice_width, atlas.slice_height, atlas.slices)
     axes = [_taps_along(b, index, part, size) for index, part, size in zip(b.split(below), share, sizes)]
 
-    images = [_image(groups.named("Atlas", volume_object), atlas.image, frames)]
-    if atlas.rgb_image:
-        images.append(_image(groups.named("Colours", volume_object), atlas.rgb_image, frames))
-    flux, mean, colour = None, None, None
+    corners = []
     for i, j, k in itertools.product((0, 1), repeat=3):
         weight = b.math("MULTIPLY", b.math("MULTIPLY", axes[0][i][1], axes[1][j][1]), axes[2][k][1])
-        texel = _texel(b, atlas, axes[0][i][0], axes[1][j][0], axes[2][k][0])
+        corners.append((_texel(b, atlas, axes[0][i][0], axes[1][j][0], axes[2][k][0]), weight))
+    out = b.node("NodeGroupOutput")
+    scale = b.value("Scale", atlas.scale)
+    for suffix, images in lobes:
+        flux, colour = _looked_up(b, images, corners, frames)
+        b.plug(b.vector("SCALE", flux, scale=scale), out.inputs["Flux" + suffix])
+        b.plug(colour, out.inputs["Colour" + suffix])
+    b.plug(place, out.inputs["Position"])
+    return tree
+
+
+def _lobes(volume_object, atlas, frames):
+    """(suffix of the outputs' names, images) of each lobe."""
+    lobes = []
+    for suffix, image, rgb_image in (("", atlas.image, atlas.rgb_image), (" 2", atlas.image_2, atlas.rgb_image_2)):
+        if not image:
+            continue
+        images = [_image(groups.named("Atlas" + suffix, volume_object), image, frames)]
+        if rgb_image:
+            images.append(_image(groups.named("Colours" + suffix, volume_object), rgb_image, frames))
+        lobes.append((suffix, images))
+    return lobes
+
+
+def _looked_up(b, images, corners, frames):
+    """Flux over the reference, and the channels over their mean, mixed from the eight voxels around."""
+    flux, mean, colour = None, None, None
+    for texel, weight in corners:
         taps = [_tap(b, image, texel, frames) for image in images]
         flux = _add(b, flux, taps[0].outputs["Color"], weight)
         if len(taps) > 1:
             colour = _add(b, colour, taps[1].outputs["Color"], weight)
             product = b.math("MULTIPLY", taps[0].outputs["Alpha"], weight)
             mean = b.math("ADD", mean, product) if mean else product
-    out = b.node("NodeGroupOutput")
-    b.plug(b.vector("SCALE", flux, scale=b.value("Scale", atlas.scale)), out.inputs["Flux"])
-    if colour:      # E_c = rgb_c / mean * max(0, -n . flux)
-        least = b.math("MAXIMUM", mean, 1e-6)
-        b.plug(b.vector("DIVIDE", colour, b.join(least, least, least)), out.inputs["Colour"])
-    else:
-        b.plug((1.0, 1.0, 1.0, 1.0), out.inputs["Colour"])
-    b.plug(place, out.inputs["Position"])
-    return tree
+    if not colour:
+        return flux, (1.0, 1.0, 1.0, 1.0)
+    least = b.math("MAXIMUM", mean, 1e-6)     # E_c = rgb_c / mean * max(0, -n . flux)
+    return flux, b.vector("DIVIDE", colour, b.join(least, least, least))
 
 
 def _taps_along(b, index, part, size):

@@ -139,8 +139,7 @@ def show(context):
 
 def _dress_volume(settings, volume_object, layout):
     found = roles.Medium(tuple(settings.baked_absorption), tuple(settings.baked_scattering), settings.baked_anisotropy)
-    material = medium.build_material(volume_object, found, layout.scale, settings.has_density, bool(layout.rgb_image),
-                                     **numbers_of(settings))
+    material = medium.build_material(volume_object, found, layout, settings.has_density, **numbers_of(settings))
     data = volume_object.data
     if not data.materials:
         data.materials.append(material)

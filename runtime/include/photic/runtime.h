@@ -80,6 +80,11 @@ public:
     void sample(std::span<const Vec3> world, std::span<Light> light) const;
     void irradiance(std::span<const Vec3> world, std::span<const Vec3> normals, std::span<Vec3> out) const;
 
+    /// Where light opposes itself a volume keeps two lobes apart, each with a direction of its own. All look-ups here
+    /// add both up; this is the second as a volume, for a GPU that is to do so too; dark where there is none.
+    Volume secondLobe() const;
+    bool hasSecondLobe() const;
+
     const Metadata& metadata() const;
     bool coloured() const;
     bool hasDirection() const;
@@ -93,6 +98,7 @@ public:
     std::uint64_t repairedValues() const;
 
     const VolumeData& data() const { return *data_; }
+    std::shared_ptr<const VolumeData> share() const { return data_; }
 
 private:
     std::shared_ptr<const VolumeData> data_;

@@ -55,6 +55,10 @@ public:
 
     const UploadInfo& info() const;
 
+    /// The second lobe (Volume::secondLobe), or null. The passes draw both; a shader of the game's adds them up as it
+    /// does two volumes (docs/runtime.md).
+    GpuVolume* secondLobe();
+
     /// Binds textures to units `first_texture`, + 1 and + 2, the parameters to uniform buffer binding `first_buffer`
     /// and bricks in a buffer to storage buffer binding `first_buffer`, for a shader of the game's that includes
     /// volumeGlsl(). This state stays bound.
