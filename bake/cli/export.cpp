@@ -14,9 +14,11 @@
 #include "bake/baker/game_budget.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/export_error.h"
+#include "bake/cli/export_usd.h"
 #include "bake/cli/export_web.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
+#include "bake/file/l1_textures.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/output_set.h"
 #include "bake/file/sidecar.h"
@@ -173,16 +175,15 @@ std::vector<WebFrame> webFrames(const Survey& survey) {
 }
 
 /// A file format for other programs: how it is called, and what the command line may say about it.
-enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas, Web };
+enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas, Web, L1, Usd };
 struct FormatRow {
     Format format;
     const char *extension, *name;
 };
-constexpr FormatRow kFormats[] = {{Format::Nvdb, ".nvdb", "nvdb"},
-                                  {Format::Ktx2, ".ktx2", "ktx2"},
-                                  {Format::Dds, ".dds", "dds"},
-                                  {Format::UnityVf, ".vf", "vf"},
-                                  {Format::SliceAtlas, ".exr", "atlas"}};
+constexpr FormatRow kFormats[] = {{Format::Nvdb, ".nvdb", "nvdb"},       {Format::Ktx2, ".ktx2", "ktx2"},
+                                  {Format::Dds, ".dds", "dds"},          {Format::UnityVf, ".vf", "vf"},
+                                  {Format::SliceAtlas, ".exr", "atlas"}, {Format::Usd, ".usda", "usda"}};
+constexpr FormatRow kL1Formats[] = {{Format::L1, ".dds", "l1"}, {Format::L1, ".ktx2", "l1"}};
 
 constexpr FormatRow kWebFormat{Format::Web, ".js", "web"};
 
@@ -196,6 +197,11 @@ const FormatRow& formatOf(const ExportArguments& arguments) {
         throw Error(ErrorCode::Usage, "-o says the file to write, or --web the folder of a page; give one", "-o");
     const std::string extension = std::filesystem::path(arguments.output).extension().string();
     std::string known;
+    if (arguments.l1) {
+        for (const FormatRow& row : kL1Formats)
+            if (extension == row.extension) return row;
+        throw Error(ErrorCode::Usage, "makes three textures, .dds or .ktx2; give -o such a name", "--l1");
+    }
     for (const FormatRow& row : kFormats) {
         if (extension == row.extension) return row;
         known += fmt::format("{}{}", known.empty() ? "" : ", ", row.extension);
@@ -208,6 +214,9 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
     if (format.format == Format::Nvdb && !arguments.box.empty())
         throw Error(ErrorCode::Usage, "is for dense files; an .nvdb holds the voxels with light, and needs no box",
                     "--box");
+    if (format.format == Format::Usd && (!arguments.box.empty() || arguments.budget_mb))
+        throw Error(ErrorCode::Usage, "a layer of USD holds no voxels of its own; it refers to the volumes as they are",
+                    arguments.budget_mb ? "--budget" : "--box");
     if (format.format == Format::Nvdb) return;
     const auto refuse = [&](const char* option) {
         throw Error(
@@ -221,8 +230,12 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
 
 /// Claims the files of one volume, before any is made.
 void claim(OutputSet& outputs, const std::string& output, Format format) {
-    outputs.writes("the output", output);
-    if (format == Format::Dds || format == Format::UnityVf || format == Format::SliceAtlas)
+    if (format == Format::L1) {
+        for (const std::string& path : l1Paths(output)) outputs.writes("the output", path);
+    } else {
+        outputs.writes("the output", output);
+    }
+    if (format == Format::L1 || format == Format::Dds || format == Format::UnityVf || format == Format::SliceAtlas)
         outputs.writesBeside("the sidecar of the output", sidecarPath(output), isSidecar);
 }
 
@@ -231,7 +244,8 @@ void checkBudget(const ExportArguments& arguments) {
         throw Error(ErrorCode::Usage,
                     fmt::format("a budget of {} MB; it must be above 0 and at most 1e9", *arguments.budget_mb),
                     "--budget");
-    if (!arguments.scene.empty() && !arguments.budget_mb && arguments.web.empty())
+    if (!arguments.scene.empty() && !arguments.budget_mb && arguments.web.empty() &&
+        !arguments.output.ends_with(".usda"))
         throw Error(ErrorCode::Usage,
                     "tells --budget where the receivers are, or --web what is to be seen; give one of them", "--scene");
 }
@@ -295,7 +309,13 @@ Written write(const ExportArguments& arguments, Format format, OutputSet& output
             return denseWritten(writeTextures(outputs, output, volume, TextureFormat::UnityVf, box));
         case Format::SliceAtlas:
             return denseWritten(writeSliceAtlas(outputs, output, volume, box));
+        case Format::L1: {
+            const bool dds = std::filesystem::path(output).extension() == ".dds";
+            return denseWritten(
+                writeL1Textures(outputs, output, volume, dds ? TextureFormat::Dds : TextureFormat::Ktx2, box));
+        }
         case Format::Web:
+        case Format::Usd:
         case Format::Nvdb:
             break;
     }
@@ -341,6 +361,7 @@ int run(const ExportArguments& given, Terminal& terminal) {
     if (format.format == Format::Web) arguments.output = WebExport::frameFiles(given.web);
     checkOptions(arguments, format);
     checkBudget(arguments);
+    if (format.format == Format::Usd) return exportUsd(arguments, terminal);
     const std::optional<WorldBox> wanted = parseBox(arguments.box);
     OutputSet outputs;
     outputs.reads("the volume", arguments.volumes);

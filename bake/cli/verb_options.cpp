@@ -225,14 +225,17 @@ void bindPicture(CLI::App& app, PictureArguments& a) {
 void bindExport(CLI::App& app, ExportArguments& a) {
     value(app.add_option("VOLUME", a.volumes, "Light volume (.vdb); several are frames, laid out alike"), "FILE")
         ->required();
-    value(app.add_option(
-              "-o,--output", a.output,
-              "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf or .exr. #### is the frame of a "
-              "volume"),
+    value(app.add_option("-o,--output", a.output,
+                         "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf, .exr or .usda. #### is "
+                         "the frame of a "
+                         "volume"),
           "FILE");
     value(app.add_option("--web", a.web,
                          "Folder for a page that shows the volume in a browser, instead of -o; wants --scene"),
           "FOLDER");
+    app.add_flag("--l1", a.l1,
+                 "Of .dds and .ktx2: what faces get, by harmonics of order 0 and 1, as VRChat's and Bakery's light "
+                 "volumes have it");
     const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half},
                                                           {"float", NvdbPrecision::Float}};
     oneOf(app.add_option_function<std::string>(

@@ -81,6 +81,7 @@ struct ExportArguments {
     std::vector<std::string> volumes;  ///< several: frames of a sequence, laid out alike
     std::string output;                ///< its extension says the format
     std::string web;                   ///< the folder of a page instead
+    bool l1 = false;                   ///< harmonics of what faces get, instead of flux and irradiance
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
     std::optional<double> budget_mb;  ///< of memory in a game

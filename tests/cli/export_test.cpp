@@ -55,6 +55,91 @@ TEST(Export, WritesEveryFormatAndSaysWhat) {
     EXPECT_LT(std::filesystem::file_size(place / "z.nvdb"), std::filesystem::file_size(place / "a.nvdb"));
 }
 
+/// The values of an attribute in a layer of USD: what follows its `=`, a line each.
+Strings attributes(const std::string& layer, const std::string& name) {
+    Strings values;
+    for (auto at = layer.find(name + " = "); at != std::string::npos; at = layer.find(name + " = ", at + 1)) {
+        const auto begin = at + name.size() + 3;
+        values.push_back(layer.substr(begin, layer.find('\n', begin) - begin));
+    }
+    return values;
+}
+
+TEST(Export, UsdReferesToVolumesWithUnitsAndFrames) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "bump = { height = 0.1, radius = 0.2, speed = 1.0 }";
+    pool.extra = "[medium]\nabsorption = [0.35, 0.07, 0.02]\n";
+    place.write("pool.toml", "frame_rate = 6.0\n" + pool.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1-2"}).code, 0);
+    const Outcome outcome = photic(place, {"export", "pool.0001.vdb", "pool.0002.vdb", "--scene", "pool.toml", "-o",
+                                           "shot/2 pools.usda", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(schemaBreaches(outcome.json(), "export.md"), Strings{});
+    const std::string layer = place.read("shot/2 pools.usda");
+    EXPECT_TRUE(layer.starts_with("#usda 1.0\n(")) << layer;
+    EXPECT_EQ(attributes(layer, "metersPerUnit"), Strings{"1"});
+    EXPECT_EQ(attributes(layer, "upAxis"), Strings{"\"Z\""});
+    EXPECT_EQ(attributes(layer, "timeCodesPerSecond"), Strings{"6"});
+    EXPECT_EQ(attributes(layer, "startTimeCode"), Strings{"1"});
+    EXPECT_EQ(attributes(layer, "endTimeCode"), Strings{"2"});
+    EXPECT_EQ(attributes(layer, "double reference_irradiance"), Strings{"1000"});
+    // A name that USD takes; every relation leads to a prim of the layer, every file is there.
+    EXPECT_EQ(attributes(layer, "defaultPrim"), Strings{"\"_2_pools\""});
+    for (const std::string grid : {"irradiance", "direction", "density"}) {
+        EXPECT_EQ(attributes(layer, "rel field:" + grid), Strings{"</_2_pools/Grids/" + grid + ">"});
+        EXPECT_NE(layer.find("def OpenVDBAsset \"" + grid + "\""), std::string::npos) << layer;
+    }
+    EXPECT_EQ(attributes(layer, "token fieldDataType"), (Strings{"\"float3\"", "\"float3\"", "\"float\""}));
+    EXPECT_EQ(attributes(layer, "token vectorDataRoleHint"), (Strings{"\"Color\"", "\"Vector\"", "\"None\""}));
+    for (const char* sample : {"1: @../pool.0001.vdb@,", "2: @../pool.0002.vdb@,"})
+        EXPECT_NE(layer.find(sample), std::string::npos) << layer;
+    // Brackets and quotes close.
+    std::string open;
+    bool quoted = false, asset = false;
+    for (std::size_t i = 0; i < layer.size(); ++i) {
+        const char c = layer[i];
+        if (c == '\\')
+            ++i;
+        else if (c == '"')
+            quoted = !quoted;
+        else if (c == '@' && !quoted)
+            asset = !asset;
+        else if (quoted || asset)
+            continue;
+        else if (c == '(' || c == '{' || c == '[')
+            open += c;
+        else if (c == ')' || c == '}' || c == ']') {
+            ASSERT_FALSE(open.empty()) << "at " << i;
+            EXPECT_EQ(open.back(), c == ')' ? '(' : c == '}' ? '{' : '[') << "at " << i;
+            open.pop_back();
+        }
+    }
+    EXPECT_EQ(open, "");
+    EXPECT_FALSE(quoted || asset);
+
+    ASSERT_EQ(photic(place, {"export", "pool.0001.vdb", "-o", "one.usda"}).code, 0);
+    EXPECT_EQ(attributes(place.read("one.usda"), "asset filePath"), (Strings(3, "@./pool.0001.vdb@")));
+    const Outcome budget = photic(place, {"export", "pool.0001.vdb", "-o", "b.usda", "--budget", "4"});
+    EXPECT_EQ(budget.code, 2);
+    EXPECT_FALSE(place.has("b.usda"));
+}
+
+TEST(Export, HarmonicsAreThreeTextures) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const Outcome outcome = photic(place, {"export", "pool.vdb", "-o", "pool.dds", "--l1", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(schemaBreaches(outcome.json(), "export.md"), Strings{});
+    EXPECT_EQ(outcome.json()["format"], "l1");
+    for (const char* file : {"pool_0.dds", "pool_1.dds", "pool_2.dds", "pool.dds.json"})
+        EXPECT_TRUE(place.has(file)) << file;
+    EXPECT_FALSE(place.has("pool.dds"));
+    EXPECT_EQ(schemaBreaches(nlohmann::json::parse(place.read("pool.dds.json")), "runtime.md"), Strings{});
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "pool.nvdb", "--l1"}).code, 2);
+}
+
 TEST(Export, PeriodicLightSaysItsPeriod) {
     const Workplace place;
     PoolText pool;
