@@ -384,10 +384,6 @@ int run(const ExportArguments& given, Terminal& terminal) {
         const std::string& path = arguments.volumes[i];
         LightVolume volume = readVdb(path);
         terminal.checkCancelled();
-        if (page && volume.second) {
-            terminal.warn("the page keeps one direction a voxel: walls between opposed lights look too dark in it");
-            volume = withoutLobes(std::move(volume));
-        }
         // Dense files of a sequence are alike: a frame whose light opposes itself nowhere has a dark second lobe.
         if (!page && survey.second_lobe && !volume.second && volume.field.channels().flux)
             volume.second.emplace(volume.field.neededPtr(), volume.field.channels());

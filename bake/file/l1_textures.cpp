@@ -21,21 +21,29 @@ using Texel = std::array<std::uint16_t, 4>;
 float fromHalf(std::uint16_t bits) { return imath_half_to_float(bits); }
 std::uint16_t toHalf(float value) { return imath_float_to_half(value); }
 
-/// The three texels of one voxel. Unity's axes are (x, z, y) of Photic's.
-std::array<Texel, 3> texelsOf(const DenseTexels& dense, std::size_t at) {
-    const std::uint16_t* light = &dense.light[4 * at];
+/// Adds a lobe's harmonics to the three texels of a voxel. Unity's axes are (x, z, y) of Photic's.
+void addLobe(const LobeTexels& lobe, std::size_t at, std::array<std::array<float, 4>, 3>& texels) {
+    const std::uint16_t* light = &lobe.light[4 * at];
     const glm::vec3 flux(fromHalf(light[0]), fromHalf(light[1]), fromHalf(light[2]));
     const float mean = fromHalf(light[3]);
     const L1Irradiance all = l1Irradiance(mean, flux);
-    std::array<Texel, 3> texels{};
     for (std::size_t c = 0; c < 3; ++c) {
         // In colour the direction is that of the channels' mean.
-        const float share = dense.rgb.empty() || !(mean > 0) ? 1.0f : fromHalf(dense.rgb[4 * at + c]) / mean;
-        texels[0][c] = toHalf(share * all.l0);
-        texels[1][c] = toHalf(share * all.l1[0]);
-        texels[2][c] = toHalf(share * all.l1[2]);
-        texels[c][3] = toHalf(share * all.l1[1]);
+        const float share = lobe.rgb.empty() || !(mean > 0) ? 1.0f : fromHalf(lobe.rgb[4 * at + c]) / mean;
+        texels[0][c] += share * all.l0;
+        texels[1][c] += share * all.l1[0];
+        texels[2][c] += share * all.l1[2];
+        texels[c][3] += share * all.l1[1];
     }
+}
+
+std::array<Texel, 3> texelsOf(const DenseTexels& dense, std::size_t at) {
+    std::array<std::array<float, 4>, 3> sums{};
+    addLobe(dense.first, at, sums);
+    if (dense.second) addLobe(*dense.second, at, sums);
+    std::array<Texel, 3> texels{};
+    for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t c = 0; c < 4; ++c) texels[i][c] = toHalf(sums[i][c]);
     return texels;
 }
 

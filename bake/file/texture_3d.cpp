@@ -191,33 +191,43 @@ std::vector<TextureFile> lobeFiles(const LobePaths& paths, const std::string& he
     return files;
 }
 
+LobeTexels lobeTexels(const BoxLight& light, bool coloured) {
+    const glm::ivec3 size = light.size();
+    const auto row = static_cast<std::size_t>(size.x);
+    const std::size_t rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+    LobeTexels lobe;
+    lobe.light.resize(4 * row * rows);
+    if (coloured) lobe.rgb.resize(lobe.light.size());
+    parallelFor(static_cast<std::int64_t>(rows), [&](std::int64_t at) {
+        const int y = static_cast<int>(at % size.y), z = static_cast<int>(at / size.y);
+        for (int x = 0; x < size.x; ++x) {
+            const glm::ivec3 texel(x, y, z);
+            const std::size_t place = 4 * (static_cast<std::size_t>(at) * row + static_cast<std::size_t>(x));
+            const float irradiance = light.irradiance(texel);
+            const Texel value = lightTexel(light.flux(texel), irradiance);
+            std::memcpy(&lobe.light[place], &value, sizeof(value));
+            if (!coloured) continue;
+            const Texel colour = colourTexel(light.rgb(texel), irradiance);
+            std::memcpy(&lobe.rgb[place], &colour, sizeof(colour));
+        }
+    });
+    return lobe;
+}
+
 }  // namespace
 
 DenseTexels denseTexels(const LightVolume& volume, const std::optional<VoxelBox>& wanted) {
     const StraightField straight(volume);
     const GridFrame& frame = straight.field().frame();
     const BoxLight light(straight.field(), straight.box(wanted), volume.reference_irradiance);
-    DenseTexels dense{light.size(), worldFromTexture(frame, light.box()), {}, {}, 0};
-    refuseLarge(dense.size, frame.worldFromIndex()[0].x);
+    refuseLarge(light.size(), frame.worldFromIndex()[0].x);
     const bool coloured = straight.field().channels().irradiance == 3;
-    const auto row = static_cast<std::size_t>(dense.size.x);
-    const std::size_t rows = static_cast<std::size_t>(dense.size.y) * static_cast<std::size_t>(dense.size.z);
-    dense.light.resize(4 * row * rows);
-    if (coloured) dense.rgb.resize(dense.light.size());
-    parallelFor(static_cast<std::int64_t>(rows), [&](std::int64_t at) {
-        const int y = static_cast<int>(at % dense.size.y), z = static_cast<int>(at / dense.size.y);
-        for (int x = 0; x < dense.size.x; ++x) {
-            const glm::ivec3 texel(x, y, z);
-            const std::size_t place = 4 * (static_cast<std::size_t>(at) * row + static_cast<std::size_t>(x));
-            const float irradiance = light.irradiance(texel);
-            const Texel value = lightTexel(light.flux(texel), irradiance);
-            std::memcpy(&dense.light[place], &value, sizeof(value));
-            if (!coloured) continue;
-            const Texel colour = colourTexel(light.rgb(texel), irradiance);
-            std::memcpy(&dense.rgb[place], &colour, sizeof(colour));
-        }
-    });
+    DenseTexels dense{light.size(), worldFromTexture(frame, light.box()), lobeTexels(light, coloured), {}, 0};
     dense.clamped = light.clamped();
+    if (!straight.second()) return dense;
+    const BoxLight second(*straight.second(), light.box(), volume.reference_irradiance);
+    dense.second = lobeTexels(second, coloured);
+    dense.clamped += second.clamped();
     return dense;
 }
 

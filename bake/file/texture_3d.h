@@ -30,12 +30,18 @@ DenseWritten writeTextures(const std::string& path, const LightVolume& volume, T
 DenseWritten writeTextures(OutputSet& outputs, const std::string& path, const LightVolume& volume, TextureFormat format,
                            const std::optional<VoxelBox>& box = {});
 
+/// The texels of one lobe, x fastest.
+struct LobeTexels {
+    std::vector<std::uint16_t> light;  ///< bits of RGBA16F: flux x, y, z and irradiance
+    std::vector<std::uint16_t> rgb;    ///< of coloured volumes: irradiance per channel and their mean
+};
+
 /// The same texels in memory, for what carries them in files of its own.
 struct DenseTexels {
     glm::ivec3 size{0};
     glm::dmat4 world_from_texture{1.0};  ///< from texture coordinates 0..1, texel (0, 0, 0) centred at half a texel
-    std::vector<std::uint16_t> light;    ///< bits of RGBA16F, x fastest: flux x, y, z and irradiance
-    std::vector<std::uint16_t> rgb;      ///< of coloured volumes: irradiance per channel and their mean
+    LobeTexels first;
+    std::optional<LobeTexels> second;
     std::int64_t clamped = 0;
 };
 /// @throws Error{Input} for more than 2048 texels a side

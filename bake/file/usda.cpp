@@ -43,6 +43,10 @@ std::vector<Grid> gridsOf(const LightVolume& volume) {
     const bool coloured = volume.field.channels().irradiance == 3;
     if (volume.has_irradiance) grids.push_back({"irradiance", coloured, coloured});
     if (volume.has_direction) grids.push_back({"direction", true, false});
+    if (volume.second) {
+        grids.push_back({"irradiance_2", coloured, coloured});
+        grids.push_back({"direction_2", true, false});
+    }
     for (const auto& [name, field] : volume.scalars) grids.push_back({name});
     return grids;
 }
@@ -90,7 +94,8 @@ std::string usdaLayer(const std::string& name, const LightVolume& first, const s
         "    doc = \"Light baked by Photic. irradiance times reference_irradiance is in W/m2; direction is the mean "
         "direction of travel along the world's axes, at most 1 long, not normalised; a face with the unit normal n "
         "gets "
-        "max(0, -dot(n, direction)) of it.\"\n    metersPerUnit = 1\n    upAxis = \"Z\"\n",
+        "max(0, -dot(n, direction)) of it, and the same of irradiance_2 and direction_2 where they are.\"\n    "
+        "metersPerUnit = 1\n    upAxis = \"Z\"\n",
         prim);
     if (frames.size() > 1)
         text += fmt::format("    startTimeCode = {}\n    endTimeCode = {}\n    timeCodesPerSecond = {:.9g}\n",

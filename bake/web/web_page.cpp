@@ -217,8 +217,13 @@ std::string webPageScript() {
 }
 
 std::string webFrameScript(int frame, const DenseTexels& light, const Scene& scene) {
-    Json json = {{"light", packedArray(light.light)}};
-    if (!light.rgb.empty()) json["rgb"] = packedArray(light.rgb);
+    Json json = Json::object();
+    const auto addLobe = [&](const LobeTexels& lobe, const std::string& suffix) {
+        json["light" + suffix] = packedArray(lobe.light);
+        if (!lobe.rgb.empty()) json["rgb" + suffix] = packedArray(lobe.rgb);
+    };
+    addLobe(light.first, "");
+    if (light.second) addLobe(*light.second, "_2");
     if (const auto water = waterOf(scene)) addHeights(*water, json);
     return "photicFrame(" + std::to_string(frame) + ", " + dumped(json) + ");\n";
 }
@@ -239,7 +244,7 @@ std::string webSceneScript(const WebScene& page, const LightVolume& volume, cons
         {"metadata", runtimeMetadata(volume)},
         {"world_from_texture", rows},
         {"texture_size", {light.size.x, light.size.y, light.size.z}},
-        {"coloured", !light.rgb.empty()},
+        {"coloured", !light.first.rgb.empty()},
         {"frames", frames},
         {"frame_rate", page.frames_per_second},
         {"domain", {{"min", vec(scene.domain.min)}, {"max", vec(scene.domain.max)}}},

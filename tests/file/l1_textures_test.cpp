@@ -106,5 +106,30 @@ TEST(L1, TexturesAreTurnedToUnitysAxes) {
     }
 }
 
+TEST(L1, LobesAddUp) {
+    const TemporaryFolder folder;
+    const GridFrame frame = straightFrame({0, 0, 0}, {3, 3, 3}, 0.1);
+    LightVolume volume = testVolume(frame, false);
+    const auto texels = [&](const std::string& name) {
+        OutputSet outputs;
+        writeL1Textures(outputs, folder / name, volume, TextureFormat::Ktx2, VoxelBox{{0, 0, 0}, {3, 3, 3}});
+        outputs.commit();
+        const std::string bytes = bytesOf(l1Paths(folder / name)[1]);
+        std::vector<float> values;
+        for (std::size_t at = bytes.size() - std::size_t{4 * 4 * 4 * 8}; at < bytes.size(); at += 2) {
+            std::uint16_t half = 0;
+            std::memcpy(&half, bytes.data() + at, 2);
+            values.push_back(imath_half_to_float(half));
+        }
+        return values;
+    };
+    const std::vector<float> one = texels("one.ktx2");
+    // A second lobe of the same light doubles what faces get.
+    volume.second.emplace(testVolume(frame, false).field);
+    const std::vector<float> two = texels("two.ktx2");
+    ASSERT_EQ(one.size(), two.size());
+    for (std::size_t i = 0; i < one.size(); ++i) EXPECT_NEAR(two[i], 2 * one[i], 1e-3f) << i;
+}
+
 }  // namespace
 }  // namespace photic

@@ -105,8 +105,11 @@ TEST_P(Browser, LooksUpWhatTheRuntimeDoes) {
     EXPECT_LT(face_apart / face_sum, 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(Colours, Browser,
-                         testing::Values("", "[medium]\nscattering = 0.05\nabsorption = [0.35, 0.07, 0.02]\n"));
+// White and coloured, and light that opposes itself: a second sun, from the other side.
+INSTANTIATE_TEST_SUITE_P(
+    Colours, Browser,
+    testing::Values("", "[medium]\nscattering = 0.05\nabsorption = [0.35, 0.07, 0.02]\n",
+                    "[[light]]\ntype = \"sun\"\ndirection = [-0.8, 0.1, -0.6]\nirradiance = 800.0\n"));
 
 class PageInBrowser : public Browser {};
 

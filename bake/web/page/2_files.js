@@ -35,11 +35,9 @@ class FrameFiles {
             document.head.append(script);
         });
         this.waiting.delete(frame);
-        return {
-            ...data,
-            light: new Uint16Array(await unpacked(data.light, 2)),
-            rgb: data.rgb ? new Uint16Array(await unpacked(data.rgb, 2)) : null,
-            heights: data.heights ? new Uint16Array(await unpacked(data.heights, 2)) : null,
-        };
+        const arrays = {};
+        for (const name of ["light", "rgb", "light_2", "rgb_2", "heights"])
+            arrays[name] = data[name] ? new Uint16Array(await unpacked(data[name], 2)) : null;
+        return { ...data, ...arrays };
     }
 }

@@ -2,6 +2,7 @@
 // Frames of a sequence on the GPU: loaded when their time comes, the ones longest unused given up.
 
 const kMostTextureBytes = 400e6;
+const kTextures = ["light", "rgb", "light_2", "rgb_2"];
 
 class Frames {
     constructor(gl, scene) {
@@ -11,7 +12,7 @@ class Frames {
         this.period = [0, 1, 2].map((axis) => Math.abs(period[axis] / scene.world_from_texture[axis][axis]));
         this.wraps = this.period.map((width) => Math.abs(width - 1) < 1e-6);
         const texels = scene.texture_size.reduce((a, b) => a * b, 1);
-        this.most = Math.max(3, Math.floor(kMostTextureBytes / (texels * (scene.coloured ? 16 : 8))));
+        this.most = Math.max(3, Math.floor(kMostTextureBytes / (texels * (scene.coloured ? 32 : 16))));
         this.none = texture3d(gl, [1, 1, 1], new Uint16Array(4), [false, false, false]);
     }
 
@@ -30,13 +31,12 @@ class Frames {
     }
 
     keep(index, data) {
-        const { gl, scene } = this, { light, rgb } = data;
-        const frame = { light: texture3d(gl, scene.texture_size, light, this.wraps), used: ++this.clock };
-        frame.rgb = rgb ? texture3d(gl, scene.texture_size, rgb, this.wraps) : this.none;
+        const { gl, scene } = this, frame = { used: ++this.clock };
+        for (const name of kTextures) frame[name] = data[name] ? texture3d(gl, scene.texture_size, data[name], this.wraps) : this.none;
         if (data.heights) frame.heights = waterHeights(data);
         if (this.held.size >= this.most) {
             const [oldest, given] = [...this.held].reduce((a, b) => (a[1].used < b[1].used ? a : b));
-            for (const texture of [given.light, given.rgb]) if (texture !== this.none) gl.deleteTexture(texture);
+            for (const name of kTextures) if (given[name] !== this.none) gl.deleteTexture(given[name]);
             this.held.delete(oldest);
         }
         this.held.set(index, frame);
@@ -46,8 +46,10 @@ class Frames {
     /** What shaders need of the light between a frame and the next. */
     uniforms(now, next, blend) {
         now.used = next.used = ++this.clock;
+        const textures = {};
+        for (const name of kTextures) Object.assign(textures, { ["u_" + name]: now[name], [`u_${name}_next`]: next[name] });
         return {
-            u_light: now.light, u_light_next: next.light, u_rgb: now.rgb, u_rgb_next: next.rgb, u_blend: blend,
+            ...textures, u_blend: blend, u_opposed: now.light_2 !== this.none || next.light_2 !== this.none ? 1 : 0,
             u_texture_from_world: this.texture_from_world ??= inverse(fromRows(this.scene.world_from_texture)),
             u_size: this.scene.texture_size, u_period: this.period, u_coloured: this.scene.coloured ? 1 : 0,
         };

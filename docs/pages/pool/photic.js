@@ -105,12 +105,10 @@ class FrameFiles {
             document.head.append(script);
         });
         this.waiting.delete(frame);
-        return {
-            ...data,
-            light: new Uint16Array(await unpacked(data.light, 2)),
-            rgb: data.rgb ? new Uint16Array(await unpacked(data.rgb, 2)) : null,
-            heights: data.heights ? new Uint16Array(await unpacked(data.heights, 2)) : null,
-        };
+        const arrays = {};
+        for (const name of ["light", "rgb", "light_2", "rgb_2", "heights"])
+            arrays[name] = data[name] ? new Uint16Array(await unpacked(data[name], 2)) : null;
+        return { ...data, ...arrays };
     }
 }
 // SPDX-License-Identifier: Apache-2.0
@@ -265,12 +263,15 @@ precision highp sampler2D;
 
 /** The look-up: what docs/light_volume.md says, from the texture of a .ktx2. Two frames are mixed. */
 const kLight = kPrecision + `
-uniform sampler3D u_light, u_light_next;  // flux x, y, z and irradiance, in units of the reference
-uniform sampler3D u_rgb, u_rgb_next;      // red, green, blue of the irradiance, and their mean
-uniform float u_blend;                    // 0: this frame, 1: the next
+uniform sampler3D u_light, u_light_next;      // flux x, y, z and irradiance, in units of the reference
+uniform sampler3D u_rgb, u_rgb_next;          // red, green, blue of the irradiance, and their mean
+uniform sampler3D u_light_2, u_light_2_next;  // the second lobe, alike: light that opposes the first
+uniform sampler3D u_rgb_2, u_rgb_2_next;
+uniform float u_opposed;                      // 1: there is a second lobe
+uniform float u_blend;                        // 0: this frame, 1: the next
 uniform mat4 u_texture_from_world;
-uniform vec3 u_size;                      // texels
-uniform vec3 u_period;                    // in widths of the texture; 0: the light does not repeat
+uniform vec3 u_size;                          // texels
+uniform vec3 u_period;                        // in widths of the texture; 0: the light does not repeat
 uniform float u_coloured;
 
 struct Light {
@@ -278,13 +279,18 @@ struct Light {
     vec3 flux;        // of the mean of the channels, along the light's travel
     float mean;
 };
+struct Lobes {
+    Light first, second;
+};
 
 vec4 blended(sampler3D now, sampler3D next, vec3 place) {
     vec4 value = texture(now, place);
     return u_blend > 0.0 ? mix(value, texture(next, place), u_blend) : value;
 }
 
-Light lightAt(vec3 world) {
+Light lightOf(vec4 value, vec3 rgb) { return Light(u_coloured > 0.0 ? rgb : vec3(value.w), value.xyz, value.w); }
+
+Lobes lightAt(vec3 world) {
     vec3 place = (u_texture_from_world * vec4(world, 1.0)).xyz;
     // Beyond the last texel's centre the light fades to nothing within a texel: WebGL has no border of its own.
     vec3 fade = clamp(min(place, 1.0 - place) * u_size + 0.5, 0.0, 1.0);
@@ -296,16 +302,18 @@ Light lightAt(vec3 world) {
         if (u_period[axis] < 0.999999) place[axis] = first + mod(place[axis] - first, u_period[axis]);
     }
     float there = fade.x * fade.y * fade.z;
-    Light light = Light(vec3(0.0), vec3(0.0), 0.0);
-    if (there <= 0.0) return light;
-    vec4 value = blended(u_light, u_light_next, place) * there;
-    light.flux = value.xyz;
-    light.mean = value.w;
-    light.irradiance = u_coloured > 0.0 ? blended(u_rgb, u_rgb_next, place).rgb * there : vec3(value.w);
-    return light;
+    Light dark = Light(vec3(0.0), vec3(0.0), 0.0);
+    Lobes lobes = Lobes(dark, dark);
+    if (there <= 0.0) return lobes;
+    vec3 rgb = u_coloured > 0.0 ? blended(u_rgb, u_rgb_next, place).rgb : vec3(0.0);
+    lobes.first = lightOf(blended(u_light, u_light_next, place) * there, rgb * there);
+    if (u_opposed <= 0.0) return lobes;
+    rgb = u_coloured > 0.0 ? blended(u_rgb_2, u_rgb_2_next, place).rgb : vec3(0.0);
+    lobes.second = lightOf(blended(u_light_2, u_light_2_next, place) * there, rgb * there);
+    return lobes;
 }
 
-/** What a face with a unit normal gets: exact where no light comes from behind it. */
+/** What a face with a unit normal gets of one lobe: exact where none of its light comes from behind. */
 vec3 onFace(Light light, vec3 normal) {
     if (light.mean <= 0.0) return vec3(0.0);
     return light.irradiance * (max(0.0, -dot(normal, light.flux)) / light.mean);
@@ -398,9 +406,13 @@ vec3 tiled(vec3 base, vec3 normal) {
 void main() {
     vec3 normal = normalize(v_normal);
     if (u_two_sided > 0.0 && dot(normal, u_eye - v_world) < 0.0) normal = -normal;
-    Light light = lightAt(v_world);
-    vec3 irradiance = onFace(light, normal);
-    if (u_is_ball == 0.0) irradiance *= besideBall(v_world, light);
+    Lobes lobes = lightAt(v_world);
+    vec3 irradiance = onFace(lobes.first, normal), opposed = onFace(lobes.second, normal);
+    if (u_is_ball == 0.0) {
+        irradiance *= besideBall(v_world, lobes.first);
+        opposed *= besideBall(v_world, lobes.second);
+    }
+    irradiance += opposed;
     if (u_water.z > 0.0 && !inWater(v_world)) irradiance += u_sun_irradiance * max(0.0, -dot(normal, u_sun_direction));
     irradiance += 0.06 * (0.4 + 0.6 * (0.5 + 0.5 * normal.z)) * vec3(0.85, 0.95, 1.0);
     vec3 albedo = u_is_ball > 0.0 && abs(normal.z * 0.8 + normal.x * 0.6) < 0.22 ? vec3(0.86, 0.33, 0.22) : u_albedo;
@@ -440,6 +452,14 @@ float phase(float cosine, float g) {
     return (1.0 - g * g) / (12.5663706 * pow(max(1e-4, 1.0 + g * g - 2.0 * g * cosine), 1.5));
 }
 
+/** Of one lobe's light, what is scattered along the ray towards the eye, for each unit of the coefficient and metre. */
+vec3 scattered(Light light, vec3 world, vec3 ray) {
+    if (light.mean <= 0.0) return vec3(0.0);
+    float strength = length(light.flux);
+    float cosine = strength > 0.0 ? dot(light.flux, -ray) / strength : 0.0;
+    return light.irradiance * phase(cosine, u_anisotropy * min(1.0, strength / light.mean)) * besideBall(world, light);
+}
+
 void main() {
     vec4 ray = rayAt(v_place, texture(u_depth, v_place).r);
     out_colour = vec4(0.0, 0.0, 0.0, ray.w);
@@ -453,13 +473,10 @@ void main() {
     for (int i = 0; i < kSteps; ++i) {
         float along = way.x + (float(i) + jitter) * stride;
         vec3 world = u_eye + along * ray.xyz;
-        Light light = lightAt(world);
+        Lobes lobes = lightAt(world);
         vec3 seen = exp(-u_extinction * max(0.0, along - max(wet.x, 0.0)));
-        float strength = length(light.flux);
-        if (light.mean > 0.0) {
-            float cosine = strength > 0.0 ? dot(light.flux, -ray.xyz) / strength : 0.0;
-            sum += light.irradiance * phase(cosine, u_anisotropy * min(1.0, strength / light.mean)) * besideBall(world, light) * seen;
-        }
+        sum += scattered(lobes.first, world, ray.xyz) * seen;
+        if (u_opposed > 0.0) sum += scattered(lobes.second, world, ray.xyz) * seen;
         if (inWater(world)) sum += 0.06 / 12.5663706 * vec3(0.5, 0.8, 1.0) * seen;
     }
     out_colour.rgb = u_scattering * stride * sum;
@@ -544,10 +561,11 @@ layout(location = 1) out vec4 out_flux;
 layout(location = 2) out vec4 out_face;
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
-    Light light = lightAt(texelFetch(u_points, at, 0).xyz);
-    out_irradiance = vec4(light.irradiance, light.mean);
-    out_flux = vec4(light.flux, 0.0);
-    out_face = vec4(onFace(light, texelFetch(u_normals, at, 0).xyz), 0.0);
+    Lobes lobes = lightAt(texelFetch(u_points, at, 0).xyz);
+    vec3 normal = texelFetch(u_normals, at, 0).xyz;
+    out_irradiance = vec4(lobes.first.irradiance + lobes.second.irradiance, 1.0);
+    out_flux = vec4(lobes.first.flux + lobes.second.flux, 0.0);
+    out_face = vec4(onFace(lobes.first, normal) + onFace(lobes.second, normal), 0.0);
 }`;
 // SPDX-License-Identifier: Apache-2.0
 // Triangles of what the scene says: planes, meshes, water, and a ball.
@@ -611,6 +629,7 @@ function waterData(water, heights) {
 // Frames of a sequence on the GPU: loaded when their time comes, the ones longest unused given up.
 
 const kMostTextureBytes = 400e6;
+const kTextures = ["light", "rgb", "light_2", "rgb_2"];
 
 class Frames {
     constructor(gl, scene) {
@@ -620,7 +639,7 @@ class Frames {
         this.period = [0, 1, 2].map((axis) => Math.abs(period[axis] / scene.world_from_texture[axis][axis]));
         this.wraps = this.period.map((width) => Math.abs(width - 1) < 1e-6);
         const texels = scene.texture_size.reduce((a, b) => a * b, 1);
-        this.most = Math.max(3, Math.floor(kMostTextureBytes / (texels * (scene.coloured ? 16 : 8))));
+        this.most = Math.max(3, Math.floor(kMostTextureBytes / (texels * (scene.coloured ? 32 : 16))));
         this.none = texture3d(gl, [1, 1, 1], new Uint16Array(4), [false, false, false]);
     }
 
@@ -639,13 +658,12 @@ class Frames {
     }
 
     keep(index, data) {
-        const { gl, scene } = this, { light, rgb } = data;
-        const frame = { light: texture3d(gl, scene.texture_size, light, this.wraps), used: ++this.clock };
-        frame.rgb = rgb ? texture3d(gl, scene.texture_size, rgb, this.wraps) : this.none;
+        const { gl, scene } = this, frame = { used: ++this.clock };
+        for (const name of kTextures) frame[name] = data[name] ? texture3d(gl, scene.texture_size, data[name], this.wraps) : this.none;
         if (data.heights) frame.heights = waterHeights(data);
         if (this.held.size >= this.most) {
             const [oldest, given] = [...this.held].reduce((a, b) => (a[1].used < b[1].used ? a : b));
-            for (const texture of [given.light, given.rgb]) if (texture !== this.none) gl.deleteTexture(texture);
+            for (const name of kTextures) if (given[name] !== this.none) gl.deleteTexture(given[name]);
             this.held.delete(oldest);
         }
         this.held.set(index, frame);
@@ -655,8 +673,10 @@ class Frames {
     /** What shaders need of the light between a frame and the next. */
     uniforms(now, next, blend) {
         now.used = next.used = ++this.clock;
+        const textures = {};
+        for (const name of kTextures) Object.assign(textures, { ["u_" + name]: now[name], [`u_${name}_next`]: next[name] });
         return {
-            u_light: now.light, u_light_next: next.light, u_rgb: now.rgb, u_rgb_next: next.rgb, u_blend: blend,
+            ...textures, u_blend: blend, u_opposed: now.light_2 !== this.none || next.light_2 !== this.none ? 1 : 0,
             u_texture_from_world: this.texture_from_world ??= inverse(fromRows(this.scene.world_from_texture)),
             u_size: this.scene.texture_size, u_period: this.period, u_coloured: this.scene.coloured ? 1 : 0,
         };
