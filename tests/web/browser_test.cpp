@@ -36,7 +36,7 @@ addEventListener("load", async () => {
     place.write(folder + "/test.html", html);
     const std::string page = (place / (folder + "/test.html")).string(), out = (place / "dom.txt").string();
     const std::string command =
-        "timeout 200 chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
+        "timeout 300 chromium --headless --no-sandbox --disable-gpu-sandbox --use-angle=swiftshader "
         "--enable-unsafe-swiftshader --window-size=480,360 --virtual-time-budget=60000 --user-data-dir='" +
         (place / "profile").string() + "' --dump-dom 'file://" + page + "' >'" + out + "' 2>/dev/null";
     if (std::system(command.c_str()) != 0) return {{"error", "chromium failed"}};
@@ -145,6 +145,7 @@ const pixels = () => {
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     return bytes;
 };
+const transformed = (m, p) => [0, 1, 2, 3].map((row) => m[row] * p[0] + m[4 + row] * p[1] + m[8 + row] * p[2] + m[12 + row]);
 const differing = (a, b) => a.reduce((count, byte, i) => count + (Math.abs(byte - b[i]) > 10 ? 1 : 0), 0) / a.length;
 const finger = (kind, x, y, id = 1) => photic.view.canvas.dispatchEvent(new PointerEvent(kind,
     { clientX: x, clientY: y, pointerId: id, pointerType: "touch", button: 0, bubbles: true }));
@@ -182,6 +183,48 @@ TEST_P(PageInBrowser, IsDrawnAndTheBallIsDraggedThroughTheLight) {
     EXPECT_GT(got["changed"], 0.002) << "and the picture with it";
     EXPECT_NE(got["eye"], got["turned"]);
     EXPECT_LT(got["pinch"], 0.6) << "two fingers that part come nearer";
+}
+
+TEST_P(PageInBrowser, SunlightThatMetNothingIsStoppedByMirrors) {
+    const Workplace place;
+    place.write("room.toml", R"(photic = 1
+[domain]
+min = [-1, -1, -0.1]
+max = [1, 1, 1]
+resolution = 48
+[[light]]
+type = "sun"
+direction = [0.5, 0, -0.8660254]
+irradiance = 1000.0
+[[surface]]
+name = "ball"
+kind = "sphere"
+position = [0, 0, 0.5]
+radius = 0.2
+event = "mirror"
+colour = 0.0001
+[[object]]
+name = "floor"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+)");
+    const Outcome baked = photic(place, {"bake", "room.toml"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    ASSERT_EQ(photic(place, {"export", "room.vdb", "--scene", "room.toml", "--web", "page", "-q"}).code, 0);
+    // The shadow's middle lies at 0.5 tan 30 degrees; its rim 0.2 beside it, across the light.
+    const json got = inBrowser(place, "page", std::string(kPixels) + R"(
+        photic.camera.rise = 1.45; photic.ball.centre = [-0.8, -0.8, 0.9];
+        const bytes = pixels(), { width, height } = photic.view.canvas;
+        const m = photic.camera.matrix(photic.view.canvas.clientWidth / photic.view.canvas.clientHeight);
+        return [[0.289, 0, 0], [0.289, 0.15, 0], [0.289, 0.26, 0], [-0.5, 0.3, 0]].map((p) => {
+            const at = transformed(m, [...p, 1]);
+            const x = Math.round((at[0] / at[3] + 1) / 2 * width), y = Math.round((at[1] / at[3] + 1) / 2 * height);
+            return bytes[4 * (y * width + x) + 1];
+        });)");
+    ASSERT_TRUE(got.is_array()) << got;
+    EXPECT_GT(got[3], 120) << "lit";
+    EXPECT_LT(got[0], got[3].get<int>() / 2);
+    EXPECT_LT(got[1], got[3].get<int>() / 2) << "within the shadow";
+    EXPECT_NEAR(got[2].get<int>(), got[3].get<int>(), 12) << "beside it";
 }
 
 TEST_P(PageInBrowser, PlaysItsFrames) {

@@ -66,3 +66,13 @@ function lookAt(eye, target, up) {
         [0, 0, 0, 1],
     ]);
 }
+
+/** Clip space of parallel light that covers a box, from the world's. @param direction of travel */
+function alongLight(direction, low, high) {
+    const middle = scaled(add(low, high), 0.5), half = 0.5 * lengthOf(subtract(high, low));
+    const up = Math.abs(direction[2]) > 0.9 ? [0, 1, 0] : [0, 0, 1];
+    const seen = lookAt(subtract(middle, scaled(direction, half)), middle, up);
+    // What lies before the box towards the light casts shadows on it too: depth begins one box earlier.
+    const square = fromRows([[1 / half, 0, 0, 0], [0, 1 / half, 0, 0], [0, 0, -1 / (1.5 * half), -1 / 3], [0, 0, 0, 1]]);
+    return multiply(square, seen);
+}

@@ -139,3 +139,22 @@ class Target {
         for (const store of this.stores || []) gl.deleteRenderbuffer(store);
     }
 }
+
+/** A square of depths alone, for shadows. */
+class DepthTarget {
+    constructor(gl, side) {
+        Object.assign(this, { gl, side });
+        this.depth = texture2d(gl, gl.DEPTH_COMPONENT24, side, side, gl.DEPTH_COMPONENT, gl.UNSIGNED_INT, null, gl.NEAREST);
+        this.frame = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.depth, 0);
+        gl.drawBuffers([gl.NONE]);
+    }
+    begin() {
+        const { gl, side } = this;
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+        gl.viewport(0, 0, side, side);
+        gl.enable(gl.DEPTH_TEST);
+        gl.clear(gl.DEPTH_BUFFER_BIT);
+    }
+}

@@ -111,6 +111,7 @@ uniform vec3 u_sun_direction;  // of travel
 vec3 sky(vec3 direction) {
     float up = clamp(direction.z, 0.0, 1.0);
     vec3 colour = 0.3 * mix(vec3(0.85, 0.92, 1.0), vec3(0.30, 0.52, 0.92), sqrt(up));
+    colour = mix(colour, vec3(0.035, 0.04, 0.045), smoothstep(0.0, 0.7, -direction.z));  // the ground
     float cosine = dot(direction, -u_sun_direction);
     return colour + (cosine > 0.0 ? 2.4 * exp(-(1.0 - cosine) / 0.0006) : 0.0) * vec3(1.0, 0.97, 0.9);
 }
@@ -127,8 +128,27 @@ void main() {
     gl_Position = u_clip_from_world * vec4(v_world, 1.0);
 }`;
 
+const kShadowFragment = kPrecision + `void main() {}`;
+
+/** Sunlight that has met nothing yet: the volume holds none of it, and whatever stands in its way stops it. */
+const kSunlight = `
+uniform sampler2D u_shadow;
+uniform mat4 u_shadow_from_world;
+float sunlit(vec3 world, vec3 normal) {
+    float side = float(textureSize(u_shadow, 0).x);
+    // A texel off the face, so that it does not shade itself.
+    float texel = 2.0 / (side * length(vec3(u_shadow_from_world[0].x, u_shadow_from_world[1].x, u_shadow_from_world[2].x)));
+    vec3 place = 0.5 + 0.5 * (u_shadow_from_world * vec4(world + 2.0 * texel * normal, 1.0)).xyz;
+    if (any(lessThan(place.xy, vec2(0.0))) || any(greaterThan(place.xy, vec2(1.0)))) return 1.0;
+    float open = 0.0;
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) open += step(place.z - 0.001, texture(u_shadow, place.xy + vec2(x, y) / side).r);
+    return open / 9.0;
+}
+`;
+
 /** Receivers, and whatever else is solid. */
-const kSolidFragment = kLight + kBall + kWater + `
+const kSolidFragment = kLight + kBall + kWater + kSunlight + `
 in vec3 v_world, v_normal;
 out vec4 out_colour;
 uniform vec3 u_albedo, u_eye, u_sun_irradiance, u_sun_direction;
@@ -159,7 +179,9 @@ void main() {
         opposed *= besideBall(v_world, lobes.second);
     }
     irradiance += opposed;
-    if (u_water.z > 0.0 && !inWater(v_world)) irradiance += u_sun_irradiance * max(0.0, -dot(normal, u_sun_direction));
+    float facing = -dot(normal, u_sun_direction);
+    if (facing > 0.0 && u_sun_irradiance != vec3(0.0) && !inWater(v_world))
+        irradiance += u_sun_irradiance * facing * sunlit(v_world, normal);
     irradiance += 0.06 * (0.4 + 0.6 * (0.5 + 0.5 * normal.z)) * vec3(0.85, 0.95, 1.0);
     vec3 albedo = u_is_ball > 0.0 && abs(normal.z * 0.8 + normal.x * 0.6) < 0.22 ? vec3(0.86, 0.33, 0.22) : u_albedo;
     out_colour = vec4(tiled(albedo, normal) / 3.14159265 * irradiance, 1.0);

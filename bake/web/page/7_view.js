@@ -14,6 +14,9 @@ class View {
                                             "or bake it with a larger voxel_size.");
         this.solid = new Program(gl, kSolidVertex, kSolidFragment);
         this.shell = new Program(gl, kSolidVertex, kShellFragment);
+        this.shade = new Program(gl, kSolidVertex, kShadowFragment);
+        this.shadow = new DepthTarget(gl, 1024);
+        this.shadow_from_world = alongLight(scene.light.direction, scene.domain.min, scene.domain.max);
         this.medium = new Program(gl, kScreenVertex, kMediumFragment);
         this.display = new Program(gl, kScreenVertex, kDisplayFragment);
         this.frames = new Frames(gl, scene);
@@ -73,7 +76,9 @@ class View {
             u_extinction: scene.medium.absorption.map((a) => a * state.tint + state.haze),
             u_scattering: state.haze, u_anisotropy: scene.medium.anisotropy,
             u_exposure: 2.6 * 2 ** state.exposure,
+            u_shadow: this.shadow.depth, u_shadow_from_world: this.shadow_from_world,
         };
+        this.drawShadow(state);
         this.drawSolids(values, state);
         this.half.begin();
         gl.disable(gl.DEPTH_TEST);
@@ -86,6 +91,17 @@ class View {
         this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         this.drawShells(values, state);
+    }
+
+    /** What stands in the sun's way: meshes, glass, mirrors, and the ball. */
+    drawShadow(state) {
+        this.shadow.begin();
+        const cast = (shape, place) => {
+            this.shade.use({ u_clip_from_world: this.shadow_from_world, u_place: place });
+            shape.draw();
+        };
+        for (const body of [...this.bodies.filter(({ plane }) => !plane), ...this.shells]) cast(body.shape, [0, 0, 0, 1]);
+        cast(this.ball, [...state.ball.centre, state.ball.radius]);
     }
 
     drawSolids(values, state) {

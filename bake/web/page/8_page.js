@@ -3,9 +3,10 @@
 
 /** A camera that turns about what it looks at. */
 class Camera {
-    constructor({ eye, target, up, field_of_view }) {
+    /** @param margin how much more than the scene's camera is seen */
+    constructor({ eye, target, field_of_view }, margin) {
         this.first = { eye, target };
-        Object.assign(this, { up, fov: field_of_view });
+        Object.assign(this, { fov: field_of_view, margin });
         this.home();
     }
     home() {
@@ -30,7 +31,7 @@ class Camera {
     zoom(factor) { this.distance = clamp(this.distance * factor, 0.1 * this.first_distance, 4 * this.first_distance); }
     /** Held upright, a narrow screen sees as much of the scene's width as a wide one. */
     matrix(aspect) {
-        const half = Math.tan((this.fov * Math.PI) / 360) * 1.06 * Math.max(1, 1.2 / aspect);
+        const half = Math.tan((this.fov * Math.PI) / 360) * this.margin * Math.max(1, 1.2 / aspect);
         this.height = 2 * half;  // of the picture, at a metre
         const far = 8 * this.first_distance + this.distance;
         return multiply(perspective((2 * Math.atan(half) * 180) / Math.PI, aspect, far / 4000, far), lookAt(this.eye, this.target, [0, 0, 1]));
@@ -55,7 +56,8 @@ class Page {
         this.element("title").textContent = scene.title;
         this.element("made").textContent = `Light baked by ${scene.program}`;
         this.view = new View(this.element("view"), scene);
-        this.camera = new Camera(scene.camera);
+        // The time line takes some of the picture's lower edge.
+        this.camera = new Camera(scene.camera, scene.frames.length > 1 ? 1.25 : 1.06);
         const eye = numbers("eye", 3), target = numbers("target", 3);
         if (eye || target) {
             this.camera.first = { eye: eye || scene.camera.eye, target: target || scene.camera.target };

@@ -68,6 +68,16 @@ function lookAt(eye, target, up) {
         [0, 0, 0, 1],
     ]);
 }
+
+/** Clip space of parallel light that covers a box, from the world's. @param direction of travel */
+function alongLight(direction, low, high) {
+    const middle = scaled(add(low, high), 0.5), half = 0.5 * lengthOf(subtract(high, low));
+    const up = Math.abs(direction[2]) > 0.9 ? [0, 1, 0] : [0, 0, 1];
+    const seen = lookAt(subtract(middle, scaled(direction, half)), middle, up);
+    // What lies before the box towards the light casts shadows on it too: depth begins one box earlier.
+    const square = fromRows([[1 / half, 0, 0, 0], [0, 1 / half, 0, 0], [0, 0, -1 / (1.5 * half), -1 / 3], [0, 0, 0, 1]]);
+    return multiply(square, seen);
+}
 // SPDX-License-Identifier: Apache-2.0
 // What the files beside the page hold. They are scripts, since a page that was opened by double click may load nothing else.
 
@@ -252,6 +262,25 @@ class Target {
         for (const store of this.stores || []) gl.deleteRenderbuffer(store);
     }
 }
+
+/** A square of depths alone, for shadows. */
+class DepthTarget {
+    constructor(gl, side) {
+        Object.assign(this, { gl, side });
+        this.depth = texture2d(gl, gl.DEPTH_COMPONENT24, side, side, gl.DEPTH_COMPONENT, gl.UNSIGNED_INT, null, gl.NEAREST);
+        this.frame = gl.createFramebuffer();
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, this.depth, 0);
+        gl.drawBuffers([gl.NONE]);
+    }
+    begin() {
+        const { gl, side } = this;
+        gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
+        gl.viewport(0, 0, side, side);
+        gl.enable(gl.DEPTH_TEST);
+        gl.clear(gl.DEPTH_BUFFER_BIT);
+    }
+}
 // SPDX-License-Identifier: Apache-2.0
 // GLSL ES 3.00. Radiance is in units of the light's reference irradiance, so that one exposure suits every scene.
 
@@ -365,6 +394,7 @@ uniform vec3 u_sun_direction;  // of travel
 vec3 sky(vec3 direction) {
     float up = clamp(direction.z, 0.0, 1.0);
     vec3 colour = 0.3 * mix(vec3(0.85, 0.92, 1.0), vec3(0.30, 0.52, 0.92), sqrt(up));
+    colour = mix(colour, vec3(0.035, 0.04, 0.045), smoothstep(0.0, 0.7, -direction.z));  // the ground
     float cosine = dot(direction, -u_sun_direction);
     return colour + (cosine > 0.0 ? 2.4 * exp(-(1.0 - cosine) / 0.0006) : 0.0) * vec3(1.0, 0.97, 0.9);
 }
@@ -381,8 +411,27 @@ void main() {
     gl_Position = u_clip_from_world * vec4(v_world, 1.0);
 }`;
 
+const kShadowFragment = kPrecision + `void main() {}`;
+
+/** Sunlight that has met nothing yet: the volume holds none of it, and whatever stands in its way stops it. */
+const kSunlight = `
+uniform sampler2D u_shadow;
+uniform mat4 u_shadow_from_world;
+float sunlit(vec3 world, vec3 normal) {
+    float side = float(textureSize(u_shadow, 0).x);
+    // A texel off the face, so that it does not shade itself.
+    float texel = 2.0 / (side * length(vec3(u_shadow_from_world[0].x, u_shadow_from_world[1].x, u_shadow_from_world[2].x)));
+    vec3 place = 0.5 + 0.5 * (u_shadow_from_world * vec4(world + 2.0 * texel * normal, 1.0)).xyz;
+    if (any(lessThan(place.xy, vec2(0.0))) || any(greaterThan(place.xy, vec2(1.0)))) return 1.0;
+    float open = 0.0;
+    for (int y = -1; y <= 1; ++y)
+        for (int x = -1; x <= 1; ++x) open += step(place.z - 0.001, texture(u_shadow, place.xy + vec2(x, y) / side).r);
+    return open / 9.0;
+}
+`;
+
 /** Receivers, and whatever else is solid. */
-const kSolidFragment = kLight + kBall + kWater + `
+const kSolidFragment = kLight + kBall + kWater + kSunlight + `
 in vec3 v_world, v_normal;
 out vec4 out_colour;
 uniform vec3 u_albedo, u_eye, u_sun_irradiance, u_sun_direction;
@@ -413,7 +462,9 @@ void main() {
         opposed *= besideBall(v_world, lobes.second);
     }
     irradiance += opposed;
-    if (u_water.z > 0.0 && !inWater(v_world)) irradiance += u_sun_irradiance * max(0.0, -dot(normal, u_sun_direction));
+    float facing = -dot(normal, u_sun_direction);
+    if (facing > 0.0 && u_sun_irradiance != vec3(0.0) && !inWater(v_world))
+        irradiance += u_sun_irradiance * facing * sunlit(v_world, normal);
     irradiance += 0.06 * (0.4 + 0.6 * (0.5 + 0.5 * normal.z)) * vec3(0.85, 0.95, 1.0);
     vec3 albedo = u_is_ball > 0.0 && abs(normal.z * 0.8 + normal.x * 0.6) < 0.22 ? vec3(0.86, 0.33, 0.22) : u_albedo;
     out_colour = vec4(tiled(albedo, normal) / 3.14159265 * irradiance, 1.0);
@@ -698,6 +749,9 @@ class View {
                                             "or bake it with a larger voxel_size.");
         this.solid = new Program(gl, kSolidVertex, kSolidFragment);
         this.shell = new Program(gl, kSolidVertex, kShellFragment);
+        this.shade = new Program(gl, kSolidVertex, kShadowFragment);
+        this.shadow = new DepthTarget(gl, 1024);
+        this.shadow_from_world = alongLight(scene.light.direction, scene.domain.min, scene.domain.max);
         this.medium = new Program(gl, kScreenVertex, kMediumFragment);
         this.display = new Program(gl, kScreenVertex, kDisplayFragment);
         this.frames = new Frames(gl, scene);
@@ -757,7 +811,9 @@ class View {
             u_extinction: scene.medium.absorption.map((a) => a * state.tint + state.haze),
             u_scattering: state.haze, u_anisotropy: scene.medium.anisotropy,
             u_exposure: 2.6 * 2 ** state.exposure,
+            u_shadow: this.shadow.depth, u_shadow_from_world: this.shadow_from_world,
         };
+        this.drawShadow(state);
         this.drawSolids(values, state);
         this.half.begin();
         gl.disable(gl.DEPTH_TEST);
@@ -770,6 +826,17 @@ class View {
         this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         this.drawShells(values, state);
+    }
+
+    /** What stands in the sun's way: meshes, glass, mirrors, and the ball. */
+    drawShadow(state) {
+        this.shadow.begin();
+        const cast = (shape, place) => {
+            this.shade.use({ u_clip_from_world: this.shadow_from_world, u_place: place });
+            shape.draw();
+        };
+        for (const body of [...this.bodies.filter(({ plane }) => !plane), ...this.shells]) cast(body.shape, [0, 0, 0, 1]);
+        cast(this.ball, [...state.ball.centre, state.ball.radius]);
     }
 
     drawSolids(values, state) {
@@ -852,9 +919,10 @@ class View {
 
 /** A camera that turns about what it looks at. */
 class Camera {
-    constructor({ eye, target, up, field_of_view }) {
+    /** @param margin how much more than the scene's camera is seen */
+    constructor({ eye, target, field_of_view }, margin) {
         this.first = { eye, target };
-        Object.assign(this, { up, fov: field_of_view });
+        Object.assign(this, { fov: field_of_view, margin });
         this.home();
     }
     home() {
@@ -879,7 +947,7 @@ class Camera {
     zoom(factor) { this.distance = clamp(this.distance * factor, 0.1 * this.first_distance, 4 * this.first_distance); }
     /** Held upright, a narrow screen sees as much of the scene's width as a wide one. */
     matrix(aspect) {
-        const half = Math.tan((this.fov * Math.PI) / 360) * 1.06 * Math.max(1, 1.2 / aspect);
+        const half = Math.tan((this.fov * Math.PI) / 360) * this.margin * Math.max(1, 1.2 / aspect);
         this.height = 2 * half;  // of the picture, at a metre
         const far = 8 * this.first_distance + this.distance;
         return multiply(perspective((2 * Math.atan(half) * 180) / Math.PI, aspect, far / 4000, far), lookAt(this.eye, this.target, [0, 0, 1]));
@@ -904,7 +972,8 @@ class Page {
         this.element("title").textContent = scene.title;
         this.element("made").textContent = `Light baked by ${scene.program}`;
         this.view = new View(this.element("view"), scene);
-        this.camera = new Camera(scene.camera);
+        // The time line takes some of the picture's lower edge.
+        this.camera = new Camera(scene.camera, scene.frames.length > 1 ? 1.25 : 1.06);
         const eye = numbers("eye", 3), target = numbers("target", 3);
         if (eye || target) {
             this.camera.first = { eye: eye || scene.camera.eye, target: target || scene.camera.target };
