@@ -290,6 +290,26 @@ void bindScene(CLI::App& app, SceneArguments& a) {
     value(app.add_option("-o,--output", a.output, "Scene file to write (.toml)"), "FILE")->required();
 }
 
+void bindVoxelise(CLI::App& app, VoxeliseArguments& a) {
+    value(app.add_option("FILE", a.input,
+                         "A closed mesh (.obj, .ply, .gltf, .glb), a profile that turns about z (.csv: radius, height "
+                         "[m]), or several bodies (.toml)"),
+          "FILE")
+        ->required();
+    value(app.add_option("-o,--output", a.output, "Samples to write (.vdb): n, and absorption where there is any"),
+          "FILE")
+        ->required();
+    within(value(app.add_option("--ior", a.ior, "Index of refraction (default: 1.5), 0.01 to 100"), "N"), 0.01, 100);
+    positive(value(app.add_option("--voxel-size", a.voxel_size, "Size of a voxel [m]"), "METRES"));
+    within(value(app.add_option("--smooth", a.smooth,
+                                "Deviation of a Gaussian over n [voxels], 0 to 100; what it does to n is said"),
+                 "VOXELS"),
+           0, 100);
+    value(app.add_option("--absorption", a.absorption, "Of the body [1/m]: one value, or red,green,blue"), "PER_METRE")
+        ->delimiter(',')
+        ->check(CLI::NonNegativeNumber);
+}
+
 void bindPost(CLI::App& app, PostArguments& a) {
     value(app.add_option("VOLUME", a.volume, "Light volume (.vdb) with a grid 'caustic'"), "FILE")->required();
     value(app.add_option("-o,--output", a.output, "Volume to write"), "FILE")->required();

@@ -38,6 +38,7 @@ void bindPicture(CLI::App& app, PictureArguments& arguments);
 void bindExport(CLI::App& app, ExportArguments& arguments);
 void bindSample(CLI::App& app, SampleArguments& arguments);
 void bindScene(CLI::App& app, SceneArguments& arguments);
+void bindVoxelise(CLI::App& app, VoxeliseArguments& arguments);
 void bindPost(CLI::App& app, PostArguments& arguments);
 void bindMethods(CLI::App& app, MethodsArguments& arguments);
 void bindCompletions(CLI::App& app, TextArguments& arguments);

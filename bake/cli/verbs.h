@@ -104,6 +104,13 @@ struct SceneArguments {
     std::string gltf, output;
 };
 
+struct VoxeliseArguments {
+    std::string input, output;
+    std::optional<double> ior, voxel_size;
+    std::optional<double> smooth;    ///< [voxels]
+    std::vector<double> absorption;  ///< [1/m]: none, one, or three
+};
+
 struct MethodsArguments {
     bool json = false;
 };
@@ -124,6 +131,7 @@ int run(const CompareArguments& arguments, Terminal& terminal);
 int run(const PictureArguments& arguments, Terminal& terminal);
 int run(const ExportArguments& arguments, Terminal& terminal);
 int run(const SampleArguments& arguments, Terminal& terminal);
+int run(const VoxeliseArguments& arguments, Terminal& terminal);
 int run(const MethodsArguments& arguments, Terminal& terminal);
 int run(const PostArguments& arguments, Terminal& terminal);
 /// Becomes photic-view; returns only by throwing.

@@ -52,16 +52,15 @@ struct GradedPhotons::Pass {
     glm::dvec3 nodeOf(const glm::dvec3& world) const {
         return (world - samples->nodes().first_world) / samples->nodes().spacing;
     }
-    /// The medium at a place by its number, from 0 on; -1: none that attenuates.
-    int mediumAt(const glm::dvec3& world) const {
-        if (space.media.empty()) return -1;
+    /// What attenuates at a place, by its number in the space; 0: nothing.
+    std::size_t mediumAt(const glm::dvec3& world) const {
+        if (space.media.empty()) return 0;
         const glm::ivec3 count = samples->nodes().count,
                          node = glm::clamp(glm::ivec3(glm::round(nodeOf(world))), glm::ivec3(0), count - 1);
-        return int{space.media[(static_cast<std::size_t>(node.z) * static_cast<std::size_t>(count.y) +
-                                static_cast<std::size_t>(node.y)) *
-                                   static_cast<std::size_t>(count.x) +
-                               static_cast<std::size_t>(node.x)]} -
-               1;
+        return space.media[(static_cast<std::size_t>(node.z) * static_cast<std::size_t>(count.y) +
+                            static_cast<std::size_t>(node.y)) *
+                               static_cast<std::size_t>(count.x) +
+                           static_cast<std::size_t>(node.x)];
     }
 };
 
@@ -227,12 +226,11 @@ bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& pho
     const glm::dvec3 from = photon.ray.position, chord = to - from;
     double length = glm::length(chord);
     if (!(length > 0)) return true;
-    const int medium = pass.mediumAt(0.5 * (from + to));
+    const std::size_t medium = pass.mediumAt(0.5 * (from + to));
     Track track;
     track.origin = from, track.direction = chord / length, track.power = photon.power;
     track.end = length, track.continues = photon.touched;
-    const GradedObject* object = medium < 0 ? nullptr : &medium_.media().objects[static_cast<std::size_t>(medium)];
-    if (object) track.extinction = object->extinction();
+    for (int c = 0; c < 3 && medium > 0; ++c) track.extinction[c] = double(pass.space.table.extinction[medium][c]);
     RayHit hit;
     if (!caster_.empty()) hit = caster_.firstHit(from, track.direction, length);
     if (hit) track.end = light_end_.distance(from, track.direction, hit), length = hit.distance;
@@ -241,11 +239,11 @@ bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& pho
         tally.path += deposited.path;
         if (deposited.touched && !photon.touched) photon.touched = true, ++tally.deposited;
     }
-    if (object)
+    if (medium > 0)
         for (int c = 0; c < 3; ++c) {
             const double lost = -photon.power[c] * std::expm1(-track.extinction[c] * length);
             if (!(track.extinction[c] > 0)) continue;
-            const double absorbed = object->absorption[c] / track.extinction[c];
+            const double absorbed = std::min(1.0, pass.space.absorption[medium][c] / track.extinction[c]);
             tally.power.absorbed_medium += lost * absorbed / 3, tally.power.scattered += lost * (1 - absorbed) / 3;
             photon.power[c] -= lost;
         }

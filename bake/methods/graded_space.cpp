@@ -4,13 +4,69 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <map>
 
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
+namespace {
+
+/// What attenuates at a node [1/m], per channel.
+struct Attenuation {
+    glm::vec3 absorption{0}, scattering{0};
+};
+
+/// Numbers what attenuates, by node, so that 255 numbers do: equal ones have one, and where there are more, those that
+/// are within a share of each other have their mean.
+/// @param table, absorption  of each number; the first, 0, attenuates nothing
+std::vector<std::uint8_t> paletteOf(const std::vector<Attenuation>& nodes, FrontMedia& table,
+                                    std::vector<glm::dvec3>& absorption) {
+    using Key = std::array<float, 6>;
+    struct Entry {
+        std::uint8_t number = 0;
+        double nodes = 0;
+        glm::dvec3 absorption{0}, scattering{0};
+    };
+    std::vector<std::uint8_t> numbers(nodes.size());
+    // Steps a factor of two; 0: as they are.
+    for (const float steps : {0.0f, 64.0f, 32.0f, 16.0f, 8.0f, 4.0f, 2.0f, 1.0f, 0.5f}) {
+        std::map<Key, Entry> entries;
+        const auto keyOf = [steps](float v) { return steps > 0 && v > 0 ? std::round(steps * std::log2(v)) : v; };
+        const Key* last_key = nullptr;
+        Entry* last = nullptr;
+        for (std::size_t i = 0; i < nodes.size() && entries.size() < 256; ++i) {
+            const glm::vec3 &a = nodes[i].absorption, &s = nodes[i].scattering;
+            numbers[i] = 0;
+            if (a == glm::vec3(0) && s == glm::vec3(0)) continue;
+            const Key key{keyOf(a.x), keyOf(a.y), keyOf(a.z), keyOf(s.x), keyOf(s.y), keyOf(s.z)};
+            if (!last || key != *last_key) {
+                const auto [at, fresh] = entries.try_emplace(key);
+                if (fresh) at->second.number = static_cast<std::uint8_t>(entries.size());
+                last_key = &at->first, last = &at->second;
+            }
+            numbers[i] = last->number;
+            ++last->nodes, last->absorption += glm::dvec3(a), last->scattering += glm::dvec3(s);
+        }
+        if (entries.size() > 255) continue;
+        absorption.assign(entries.size() + 1, glm::dvec3(0));
+        for (const auto& [key, entry] : entries) {
+            absorption[entry.number] = entry.absorption / entry.nodes;
+            for (int k = 0; k < 3; ++k)
+                table.extinction[entry.number][k] =
+                    static_cast<float>((entry.absorption[k] + entry.scattering[k]) / entry.nodes);
+        }
+        return numbers;
+    }
+    throw Error(ErrorCode::Input,
+                "the media's absorption varies so much that 255 values do not stand for it; use fewer colours of it");
+}
+
+}  // namespace
 
 bool GradedMedia::disperses() const {
     return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.index.size() > 1; });
@@ -23,7 +79,7 @@ bool GradedMedia::fillTheWorld() const {
 }
 
 bool GradedMedia::attenuate() const {
-    return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.extinction() != glm::dvec3(0); });
+    return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.attenuates(); });
 }
 
 int GradedMedia::at(const glm::dvec3& world, int channel) const {
@@ -34,7 +90,7 @@ int GradedMedia::at(const glm::dvec3& world, int channel) const {
 
 double GradedMedia::halfSquare(const glm::dvec3& world, int channel) const {
     const int object = at(world, channel);
-    return object < 0 ? 0.5 : indexOf(objects[static_cast<std::size_t>(object)], channel).at(world).half_square;
+    return object < 0 ? 0.5 : indexOf(objects[static_cast<std::size_t>(object)], channel).halfSquareAt(world);
 }
 
 double GradedMedia::halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3& voxel, int channel) const {
@@ -177,24 +233,28 @@ void GradedSpace::layMedia(int channel) {
     space_.media.clear();
     if (!media_.attenuate()) return;
     const glm::ivec3 count = index_->nodes().count;
-    space_.media.resize(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
-                        static_cast<std::size_t>(count.z));
+    std::vector<Attenuation> of_node(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
+                                     static_cast<std::size_t>(count.z));
     parallelFor(count.z, [&](std::int64_t z) {
+        std::size_t node =
+            static_cast<std::size_t>(z) * static_cast<std::size_t>(count.y) * static_cast<std::size_t>(count.x);
         for (int y = 0; y < count.y; ++y)
-            for (int x = 0; x < count.x; ++x) {
+            for (int x = 0; x < count.x; ++x, ++node) {
                 const glm::ivec3 voxel = space_.first_node + glm::ivec3(x, y, static_cast<int>(z));
-                const int object = media_.at(frame_.worldFromIndex(glm::dvec3(voxel)), channel);
-                space_.media[(static_cast<std::size_t>(z) * static_cast<std::size_t>(count.y) +
-                              static_cast<std::size_t>(y)) *
-                                 static_cast<std::size_t>(count.x) +
-                             static_cast<std::size_t>(x)] = static_cast<std::uint8_t>(object + 1);
+                const glm::dvec3 world = frame_.worldFromIndex(glm::dvec3(voxel));
+                const int place = media_.at(world, channel);
+                if (place < 0) continue;
+                const GradedObject& object = media_.objects[static_cast<std::size_t>(place)];
+                of_node[node].absorption =
+                    glm::vec3(object.absorption_volume ? object.absorption_volume->at(world) : object.absorption);
+                of_node[node].scattering = glm::vec3(object.scattering);
             }
     });
+    space_.media = paletteOf(of_node, space_.table, space_.absorption);
     glm::dvec3 absorbed(0), attenuated(0);
-    for (std::size_t i = 0; i < media_.objects.size(); ++i) {
-        const glm::dvec3 extinction = media_.objects[i].extinction();
-        for (int k = 0; k < 3; ++k) space_.table.extinction[i + 1][k] = static_cast<float>(extinction[k]);
-        absorbed += media_.objects[i].absorption, attenuated += extinction;
+    for (std::size_t i = 1; i < space_.absorption.size(); ++i) {
+        const float* extinction = space_.table.extinction[i];
+        absorbed += space_.absorption[i], attenuated += glm::dvec3(extinction[0], extinction[1], extinction[2]);
     }
     for (int k = 0; k < 3; ++k) space_.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
 }
@@ -202,6 +262,43 @@ void GradedSpace::layMedia(int channel) {
 std::string GradedSpace::faces() const {
     if (!index_ || index_->fit() != SplineFit::Plain) return {};
     return "reflection at faces: the index jumps from a voxel to the next, and is blurred by 0.58 voxels there";
+}
+
+LightField causticBesideMedia(const Scene& scene, const LightField& field) {
+    std::vector<LightSample> samples;
+    for (const Light& light : scene.lights)
+        for (const LightSample& sample : lightSamples(light, 1)) samples.push_back(sample);
+    const auto unfocused = [&](const glm::dvec3& world) {
+        double sum = 0;
+        for (const LightSample& sample : samples) {
+            const double strength = (sample.strength.x + sample.strength.y + sample.strength.z) / 3;
+            if (!sample.source) {
+                sum += strength;
+                continue;
+            }
+            const glm::dvec3 way = world - *sample.source;
+            const double square = glm::dot(way, way);
+            if (!(square > 0)) continue;
+            const double cosine = glm::dot(way, sample.direction) / std::sqrt(square);
+            const bool panel = sample.light->type == LightType::Rectangle;
+            sum += strength * (panel ? std::max(0.0, cosine) : sample.light->spotFalloff(cosine)) / square;
+        }
+        return sum;
+    };
+    LightField caustic(field.neededPtr(), {1, false});
+    const double dark = 1e-3 * scene.referenceIrradiance();
+    parallelFor(field.leafCount(), [&](std::int64_t i) {
+        const int slot = static_cast<int>(i);
+        if (field.state(slot) == LeafState::Empty) return;
+        const glm::ivec3 origin = field.needed().leafOrigin(slot);
+        float* out = caustic.makeDense(slot);
+        for (int v = 0; v < LightField::kLeafVoxels; ++v) {
+            const glm::ivec3 voxel = origin + glm::ivec3(v >> 6, v >> 3 & 7, v & 7);
+            const double without = unfocused(field.frame().worldFromIndex(glm::dvec3(voxel)));
+            out[v] = without > dark ? static_cast<float>(field.irradiance(voxel) / without) : 0.0f;
+        }
+    });
+    return caustic;
 }
 
 }  // namespace photic

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "bake/field/light_field.h"
 #include "bake/graded/spline_index.h"
 #include "bake/methods/wavefront_launch.h"
 #include "bake/scene/graded_index.h"
@@ -92,5 +93,9 @@ private:
     double jump_ = 0;
     std::int64_t bytes_ = 0;
 };
+
+/// The `caustic` grid: irradiance over what the lights would give without media, mean of the channels; 0 where that is
+/// dark.
+LightField causticBesideMedia(const Scene& scene, const LightField& field);
 
 }  // namespace photic

@@ -263,7 +263,9 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
     bake.run(field);
     bake.report(report, field);
     if (const std::string faces = bake.medium().faces(); !faces.empty()) report.skipped.push_back(faces);
-    BakeResult result{std::move(field), std::move(report), {}, {}, {}, {}, {}};
+    std::optional<LightField> caustic;
+    if (scene.bake.grids.caustic) caustic = causticBesideMedia(scene, field);
+    BakeResult result{std::move(field), std::move(report), {}, {}, std::move(caustic), {}, {}};
     result.metadata["spline"] = bake.medium().splineName();
     return result;
 }
@@ -273,7 +275,7 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
 Method wavefrontMethod() {
     return {"wavefront",
             "Fronts through media whose index varies: lenses without faces, hot air, salt; exact in energy",
-            {"irradiance", "direction"},
+            {"irradiance", "direction", "caustic"},
             optionSpecs<WavefrontOptions>(wavefrontOptions()),
             wavefrontRefusal,
             wavefrontCost,

@@ -35,13 +35,14 @@ struct Front {
 /// What a front goes through.
 struct FrontSpace {
     const SplineIndex* index = nullptr;
-    glm::ivec3 first_node{0};           ///< voxel of the index's first node
-    glm::ivec3 low{0}, high{0};         ///< voxels of the box that fronts cross, inclusive; it holds the grid
-    std::vector<std::uint8_t> media{};  ///< per node: which attenuates, 0 none; empty: none does
-    FrontMedia table{};                 ///< extinction of each
-    glm::dvec3 absorbed_share{1};       ///< of what is attenuated, per channel; the rest is scattered
-    float least_lit = 1e-3f;            ///< difference of n^2 / 2 from the air's that counts as being in a medium
-    int steps = 1;                      ///< a layer, at least
+    glm::ivec3 first_node{0};              ///< voxel of the index's first node
+    glm::ivec3 low{0}, high{0};            ///< voxels of the box that fronts cross, inclusive; it holds the grid
+    std::vector<std::uint8_t> media{};     ///< per node: what attenuates, 0 nothing; empty: nothing does
+    FrontMedia table{};                    ///< extinction of each
+    std::vector<glm::dvec3> absorption{};  ///< [1/m] of each, which its extinction holds too; the first is 0
+    glm::dvec3 absorbed_share{1};          ///< of all that is attenuated, per channel; the rest is scattered
+    float least_lit = 1e-3f;               ///< difference of n^2 / 2 from the air's that counts as being in a medium
+    int steps = 1;                         ///< a layer, at least
 };
 
 /// What a sweep counts.

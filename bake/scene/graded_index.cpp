@@ -184,11 +184,14 @@ public:
         }
         return {halfSquare(world), gradient};
     }
+    double halfSquareAt(const glm::dvec3& world) const override {
+        return contains(world) ? halfSquare(world) : kAir.half_square;
+    }
     bool contains(const glm::dvec3& world) const override {
         const glm::dvec3 s = sample_from_shape_ * (shape_from_world_ * (world - position_) - first_);
         for (int a = 0; a < 3; ++a)
             if (!(s[a] >= -0.5 && s[a] <= volume_->size()[a] - 0.5)) return false;
-        return true;
+        return volume_->holds(s);
     }
     std::optional<WorldBox> bounds() const override { return bounds_; }
 

@@ -31,6 +31,8 @@ class GradedIndex {
 public:
     virtual ~GradedIndex() = default;
     virtual IndexSample at(const glm::dvec3& world) const = 0;
+    /// n^2 / 2 alone.
+    virtual double halfSquareAt(const glm::dvec3& world) const { return at(world).half_square; }
     /// Whether the object fills this place; elsewhere at() is that of the air.
     virtual bool contains(const glm::dvec3& world) const = 0;
     /// What holds the object; nothing for one that fills the world.
@@ -76,7 +78,8 @@ struct SaltLayers {
 };
 std::shared_ptr<const GradedIndex> makeSaltLayers(const SaltLayers& layers, std::optional<WorldBox> box);
 
-/// Where samples are: `volume`, moved by world = position + shape_axes * p; 1 outside of its samples' box.
+/// Where samples are: `volume`, moved by world = position + shape_axes * p; 1 outside of its
+/// samples' box, and where none is given.
 std::shared_ptr<const GradedIndex> makeSampledIndex(std::shared_ptr<const IndexVolume> volume,
                                                     const glm::dvec3& position, const glm::dmat3& shape_axes);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
@@ -50,8 +51,12 @@ IndexVolume::IndexVolume(Samples samples, double medium)
       medium_(medium),
       least_(std::numeric_limits<double>::infinity()),
       largest_(0) {
-    for (float& n : samples_.values) {
-        if (std::isnan(n)) full_ = false, n = static_cast<float>(medium);
+    full_ = std::none_of(samples_.values.begin(), samples_.values.end(), [](float n) { return std::isnan(n); });
+    if (!full_) given_.resize(samples_.values.size());
+    for (std::size_t i = 0; i < samples_.values.size(); ++i) {
+        float& n = samples_.values[i];
+        if (!full_) given_[i] = !std::isnan(n);
+        if (std::isnan(n)) n = static_cast<float>(medium);
         least_ = std::min(least_, static_cast<double>(n)), largest_ = std::max(largest_, static_cast<double>(n));
     }
     if (!full_) least_ = std::min(least_, medium), largest_ = std::max(largest_, medium);
@@ -81,6 +86,18 @@ float IndexVolume::sample(int x, int y, int z) const {
     else if (x < 0 || y < 0 || z < 0 || x >= size.x || y >= size.y || z >= size.z)
         return static_cast<float>(medium_);
     return samples_.values[flat(size, x, y, z)];
+}
+
+bool IndexVolume::holds(const glm::dvec3& sample) const {
+    if (full_) return true;
+    const glm::ivec3 size = samples_.size, low(glm::floor(sample));
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 p = low + glm::ivec3(corner & 1, corner >> 1 & 1, corner >> 2);
+        if (p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < size.x && p.y < size.y && p.z < size.z &&
+            given_[flat(size, p.x, p.y, p.z)])
+            return true;
+    }
+    return false;
 }
 
 double IndexVolume::at(const glm::dvec3& world) const {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake/report/monitor.h"
+#include "bake/scene/absorption_volume.h"
 
 namespace photic {
 
@@ -23,10 +24,13 @@ struct GradedObject {
     std::vector<std::shared_ptr<const GradedIndex>> index{};
     glm::dvec3 absorption{0}, scattering{0};  ///< per channel [1/m], where the object is
     double anisotropy = 0;                    ///< Henyey-Greenstein g, -1..1
+    /// What absorbs instead of `absorption`; null where that is the same everywhere.
+    std::shared_ptr<const AbsorptionVolume> absorption_volume{};
     glm::dvec3 extinction() const { return absorption + scattering; }
+    bool attenuates() const { return absorption_volume || extinction() != glm::dvec3(0); }
     bool coloured() const {
         const glm::dvec3 t = extinction();
-        return index.size() > 1 || t.x != t.y || t.y != t.z;
+        return index.size() > 1 || t.x != t.y || t.y != t.z || (absorption_volume && absorption_volume->coloured());
     }
 };
 
@@ -66,6 +70,8 @@ public:
     }
     /// The samples fill their box.
     bool full() const { return full_; }
+    /// Whether one of the eight samples around a place is given.
+    bool holds(const glm::dvec3& sample) const;
 
 private:
     float sample(int x, int y, int z) const;
@@ -76,6 +82,7 @@ private:
     double medium_, least_, largest_;
     glm::dvec3 steepest_{0};
     bool full_ = true;
+    std::vector<bool> given_;  // per sample; empty where all are
 };
 
 /// n over height in layers, linear between them and constant beyond the first and last: an IndexVolume without file.

@@ -134,24 +134,50 @@ Graded loadProcedure(const ConfigValue& value) {
     table.fail("kind", "'kind' must be a string");
 }
 
-Graded loadSamples(const std::string& where, const std::string& file, const std::string& grid,
-                   const Placement& placement, LoadContext& context) {
-    const std::string path = context.path(file);
+glm::dmat3 axesOf(const Placement& placement) {
+    glm::dmat3 axes = placement.rotation;
+    for (int a = 0; a < 3; ++a) axes[a] *= placement.scale[a];
+    return axes;
+}
+
+/// A file of samples with its place in the scene.
+struct SampleFile {
+    std::string where, path, grid;
+    Placement placement{};
+};
+
+SampleFile sampleFile(const ConfigValue& value, const std::string& key, LoadContext& context) {
+    if (value.kind == ConfigValue::Kind::String) return {value.where, context.path(value.string), ""};
+    std::vector<std::string> known{"file", "grid"};
+    known.insert(known.end(), placementKeys().begin(), placementKeys().end());
+    const TableReader table(value, fmt::format("'{}'", key), known);
+    const auto file = table.text("file");
+    if (!file) table.missing("file", key == "index" ? "\"n.vdb\", or kind = \"luneburg\"" : "\"n.vdb\"");
+    return {table.where("file"), context.path(*file), table.text("grid").value_or(""), loadPlacement(table)};
+}
+
+/// Reads a file and makes something of its bytes; errors without a place get that of its name.
+template <class Make>
+auto fromBytes(const SampleFile& file, LoadContext& context, const Make& make) {
     try {
-        const std::string bytes = readFileBytes(path);
+        const std::string bytes = readFileBytes(file.path);
         context.hashBytes(bytes);
-        auto volume = std::make_shared<IndexVolume>(readIndexVolume(path, bytes, grid, 1.0, context.monitor));
-        glm::dmat3 axes = placement.rotation;
-        for (int a = 0; a < 3; ++a) axes[a] *= placement.scale[a];
-        return makeSampledIndex(std::move(volume), placement.position, axes);
+        return make(bytes);
     } catch (const Error& error) {
         if (error.code() == ErrorCode::Cancelled || !error.where().empty()) throw;
-        throw Error(error.code(), error.what(), where);
+        throw Error(error.code(), error.what(), file.where);
     }
 }
 
+Graded loadSamples(const SampleFile& file, LoadContext& context) {
+    return fromBytes(file, context, [&](const std::string& bytes) {
+        auto volume = std::make_shared<IndexVolume>(readIndexVolume(file.path, bytes, file.grid, 1.0, context.monitor));
+        return makeSampledIndex(std::move(volume), file.placement.position, axesOf(file.placement));
+    });
+}
+
 Graded loadOne(const ConfigValue& value, LoadContext& context) {
-    if (value.kind == ConfigValue::Kind::String) return loadSamples(value.where, value.string, "", {}, context);
+    if (value.kind == ConfigValue::Kind::String) return loadSamples(sampleFile(value, "index", context), context);
     if (value.kind != ConfigValue::Kind::Table)
         throw Error(ErrorCode::Input,
                     fmt::format("'index' is {}; give a file, a table such as {{ kind = \"luneburg\", radius = 0.5 }}, "
@@ -159,12 +185,7 @@ Graded loadOne(const ConfigValue& value, LoadContext& context) {
                                 value.kindName()),
                     value.where);
     if (value.find("kind")) return loadProcedure(value);
-    std::vector<std::string> known{"file", "grid"};
-    known.insert(known.end(), placementKeys().begin(), placementKeys().end());
-    const TableReader table(value, "'index'", known);
-    const auto file = table.text("file");
-    if (!file) table.missing("file", "\"n.vdb\", or kind = \"luneburg\"");
-    return loadSamples(table.where("file"), *file, table.text("grid").value_or(""), loadPlacement(table), context);
+    return loadSamples(sampleFile(value, "index", context), context);
 }
 
 }  // namespace
@@ -179,6 +200,19 @@ std::vector<std::shared_ptr<const GradedIndex>> loadGradedIndex(const ConfigValu
     std::vector<Graded> out;
     for (const ConfigValue& item : value.items) out.push_back(loadOne(item, context));
     return out;
+}
+
+std::shared_ptr<const AbsorptionVolume> loadAbsorptionVolume(const ConfigValue& value, LoadContext& context) {
+    if (value.kind != ConfigValue::Kind::String && value.kind != ConfigValue::Kind::Table)
+        throw Error(ErrorCode::Input,
+                    fmt::format("'absorption_volume' is {}; give a file, or a table such as {{ file = \"n.vdb\" }}",
+                                value.kindName()),
+                    value.where);
+    const SampleFile file = sampleFile(value, "absorption_volume", context);
+    return fromBytes(file, context, [&](const std::string& bytes) {
+        return std::make_shared<const AbsorptionVolume>(
+            readAbsorptionVolume(file.path, bytes, file.grid).moved(file.placement.position, axesOf(file.placement)));
+    });
 }
 
 }  // namespace photic

@@ -95,16 +95,19 @@ void addGraded(const TableReader& table, const Medium& medium, LoadContext& cont
     for (const std::string& key : kIndexKeys) table.exclusive({"index", key});
     if (table.has("priority"))
         table.fail("priority", "'priority' is for media between surfaces; one with 'index' is an object by itself");
+    for (const char* key : {"absorption", "extinction"}) table.exclusive({"absorption_volume", key});
+    std::shared_ptr<const AbsorptionVolume> volume;
+    if (const ConfigValue* absorption = table.find("absorption_volume"))
+        volume = loadAbsorptionVolume(*absorption, context);
     context.graded.push_back({medium.name, medium.where, loadGradedIndex(*table.find("index"), context),
-                              medium.absorption, medium.scattering, medium.anisotropy});
+                              medium.absorption, medium.scattering, medium.anisotropy, std::move(volume)});
 }
 
 void loadNamed(const ConfigValue& value, LoadContext& context) {
-    std::vector<std::string> known{"name", "priority", "index"};
+    std::vector<std::string> known{"name", "priority", "index", "absorption_volume"};
     known.insert(known.end(), kCoefficientKeys.begin(), kCoefficientKeys.end());
     known.insert(known.end(), kIndexKeys.begin(), kIndexKeys.end());
-    const TableReader table(value, "[[medium]]", known,
-                            {"emission", "phase", "density", "absorption_volume", "anisotropy_volume"});
+    const TableReader table(value, "[[medium]]", known, {"emission", "phase", "density", "anisotropy_volume"});
     Medium medium;
     const auto name = table.text("name");
     if (!name) table.missing("name", "\"glass\", or write [medium] for the water alone");
@@ -117,6 +120,10 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
             table.fail("name", fmt::format("the name '{}' is taken by {}; choose another", medium.name, other.where));
     loadCoefficients(table, medium, context);
     if (table.has("index")) return addGraded(table, medium, context);
+    if (table.has("absorption_volume"))
+        table.fail("absorption_volume",
+                   "'absorption_volume' is for a medium with an 'index' of its own; give "
+                   "'absorption', one value or three, to what lies between surfaces");
     const auto index = loadRefractiveIndex(table);
     if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;

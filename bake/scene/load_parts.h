@@ -72,6 +72,8 @@ int mediumNamed(const TableReader& table, const std::string& key, LoadContext& c
 std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
 /// `index` of a named medium: one, or three for red, green and blue.
 std::vector<std::shared_ptr<const GradedIndex>> loadGradedIndex(const ConfigValue& value, LoadContext& context);
+/// `absorption_volume` of such a medium: a file, or a table with its place.
+std::shared_ptr<const AbsorptionVolume> loadAbsorptionVolume(const ConfigValue& value, LoadContext& context);
 BakeSettings loadBake(const ConfigValue& table);
 
 /// A mesh file with its `up`, its place in the scene, and `smooth`.

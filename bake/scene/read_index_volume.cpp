@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <array>
 #include <limits>
 #include <set>
 
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
+#include "bake/scene/vdb_voxels.h"
 #include "bake/volume/byte_cursor.h"
 #include "bake/volume/vdb_bytes.h"
 
@@ -41,23 +41,6 @@ const VdbGrid& chooseGrid(const std::string& path, const std::vector<VdbGrid>& g
     refuse(path, fmt::format("it has no float grid '{}'. It holds {}", name, all));
 }
 
-// Calls put(voxel, n) for each active voxel.
-template <class Put>
-void forEachActive(const VdbGrid& grid, Put put) {
-    for (const VdbTile& tile : grid.tiles)
-        for (int x = 0; x < tile.side; ++x)
-            for (int y = 0; y < tile.side; ++y)
-                for (int z = 0; z < tile.side; ++z) put(tile.origin + glm::ivec3(x, y, z), tile.value[0]);
-    std::array<float, VdbGrid::kVoxels> values;
-    for (const VdbLeaf& leaf : grid.leaves) {
-        grid.values(leaf, values.data());
-        const VdbGrid::Mask active = grid.mask(leaf);
-        for (int i = 0; i < VdbGrid::kVoxels; ++i)
-            if (active[static_cast<std::size_t>(i >> 6)] >> (i & 63) & 1)
-                put(leaf.origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7), values[static_cast<std::size_t>(i)]);
-    }
-}
-
 IndexVolume::Samples samplesOf(const std::string& path, const VdbGrid& grid) {
     if (!grid.transform)
         refuse(path, fmt::format("grid {} has a perspective transform; resample it to a linear one", grid.name));
@@ -75,7 +58,8 @@ IndexVolume::Samples samplesOf(const std::string& path, const VdbGrid& grid) {
     samples.size = size;
     samples.values.assign(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z),
                           std::numeric_limits<float>::quiet_NaN());
-    forEachActive(grid, [&](const glm::ivec3& voxel, float n) {
+    forEachActiveVoxel(grid, [&](const glm::ivec3& voxel, const float* value) {
+        const float n = *value;
         if (!(double(n) >= kLeastIndex && double(n) <= kLargestIndex))
             refuse(path, fmt::format("voxel ({}, {}, {}) of grid {} is {}; an index must lie between {} and {}",
                                      voxel.x, voxel.y, voxel.z, grid.name, n, kLeastIndex, kLargestIndex));

@@ -375,6 +375,25 @@ TEST(Wavefront, ThreeIndicesDisperse) {
     EXPECT_LT(b.report().power.imbalance(), 1e-9);
 }
 
+TEST(Wavefront, TheCausticGridIsTheLightOverWhatThereWouldBeWithoutMedia) {
+    for (const std::string& light :
+         {kDown, std::string("type = \"point\"\nposition = [0.1, 0, 1.5]\npower = 12.566370614")}) {
+        Scene scene = sceneOf("min = [-0.3, -0.3, -0.3]\nmax = [0.3, 0.3, 0.3]\nresolution = 24", light,
+                              medium("{ kind = \"luneburg\", radius = 0.2 }"));
+        scene.bake.paths = Paths::All, scene.bake.grids.caustic = true;
+        const Bake b = bake(scene);
+        ASSERT_TRUE(b.result.caustic);
+        const GridFrame& frame = b.field().frame();
+        // Beside the lens there is as much as without it; the grid's largest value is where the light is.
+        const glm::ivec3 beside(glm::round(frame.indexFromWorld({0.27, 0.27, 0.2})));
+        EXPECT_NEAR(double(b.result.caustic->value(beside, 0)), 1, 5e-3);
+        const glm::ivec3 focus(glm::round(frame.indexFromWorld({0, 0, -0.2})));
+        const double way = glm::distance(frame.worldFromIndex(glm::dvec3(focus)), {0.1, 0, 1.5});
+        EXPECT_NEAR(double(b.result.caustic->value(focus, 0)), b.fluence(focus) * (light == kDown ? 1 : way * way),
+                    1e-4 * b.fluence(focus));
+    }
+}
+
 TEST(Wavefront, ALampMakesASphericalFront) {
     // Through a ball that bends next to nothing: light falls off with the square of its way.
     const Scene scene = sceneOf("min = [-0.3, -0.3, -0.3]\nmax = [0.3, 0.3, 0.3]\nresolution = 40",
