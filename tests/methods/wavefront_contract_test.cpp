@@ -45,8 +45,12 @@ TEST(Wavefront, StandsThinShells) {
                 "[[medium]]\nname = \"{}\"\nindex = {{ kind = \"fish_eye\", n0 = {}, scale = 1000, radius = {} }}\n",
                 name, n, radius);
         };
-        const Bake b = bake(sceneOf("min = [-0.3, -0.3, -0.3]\nmax = [0.3, 0.3, 0.3]\nresolution = 24", kDown,
-                                    ball("hollow", 1, 0.2 - thickness * kVoxel) + ball("glass", 1.5, 0.2)));
+        const Scene scene = sceneOf("min = [-0.3, -0.3, -0.3]\nmax = [0.3, 0.3, 0.3]\nresolution = 24", kDown,
+                                    ball("hollow", 1, 0.2 - thickness * kVoxel) + ball("glass", 1.5, 0.2));
+        const Bake b = bake(scene), photons = bakeWith("photons", scene, with("count", std::int64_t{4000}));
+        EXPECT_LT(photons.report().power.imbalance(), 1e-9) << thickness;
+        EXPECT_NEAR(photons.report().power.escaped, b.report().power.escaped, 0.25 * b.report().power.escaped)
+            << thickness;
         EXPECT_LT(b.report().power.imbalance(), 1e-9) << thickness;
         EXPECT_LT(b.report().path.imbalance(), 1e-3) << thickness;
         EXPECT_GT(b.field().sum(0), 0) << thickness;
