@@ -61,6 +61,11 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     if (scene.bake.prefilter)
         cost.stages.push_back({"prefilter", voxels * channels / 4 * kSecondsAPrefilteredVoxel / threads});
     if (grids.density) cost.stages.push_back({"density", voxels * kSecondsADensityVoxel / threads});
+    if (choices.measure != Measure::Nothing) {
+        double all = 0;
+        for (const Stage& stage : cost.stages) all += stage.seconds;
+        cost.stages.push_back({"measure", 0.2 * all});
+    }
     // The grids are built and packed on one thread.
     cost.stages.push_back({"write", values * kSecondsAWrittenValue});
     return cost;

@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "bake/baker/bake_cost.h"
+#include "bake/baker/lookup_advice.h"
+#include "bake/baker/lookup_error.h"
 #include "bake/baker/post_steps.h"
 #include "bake/baker/report_json.h"
 #include "bake/baker/version.h"
@@ -270,6 +272,20 @@ BakeResult bakeLobes(const Scene& parted, const Method& method, const std::share
     return result;
 }
 
+/// Measures look-ups on receivers, for the report and for whoever reads the volume.
+MeasuredReceivers measure(const Scene& scene, const Method& method, const BakeCost& cost, const BakeChoices& choices,
+                          BakedScene& baked, Monitor& monitor) {
+    const double seconds = cost.seconds() * threadCount();
+    MeasuredReceivers measured =
+        measureReceivers(scene, baked.volume, choices.detail, seconds, choices.measure, monitor);
+    BakeReport& report = baked.report;
+    report.receivers = measured.errors;
+    report.advice = adviceFor(scene, method, measured, choices, monitor);
+    if (!measured.not_measured.empty()) report.skipped.push_back("look-ups are not measured: " + measured.not_measured);
+    if (!report.receivers.empty()) baked.volume.metadata["receiver_errors"] = receiverErrorsText(report.receivers);
+    return measured;
+}
+
 }  // namespace
 
 BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
@@ -324,9 +340,17 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     applyPostSteps(choices.post, volume);
     warnOfBrokenLaws(volume, monitor);
     warnOfOpposedLight(scene, volume, monitor);
-    report.warnings = monitor.takeWarnings();
+    BakedScene baked{std::move(volume), std::move(report), std::move(standard_error), {}};
+    if (choices.measure != Measure::Nothing) {
+        watch.lap();
+        monitor.progress("measure", 0);
+        baked.measured = measure(scene, method, cost, choices, baked, monitor);
+        baked.report.seconds.emplace_back("measure", watch.lap());
+        monitor.progress("measure", 1);
+    }
+    baked.report.warnings = monitor.takeWarnings();
     monitor.checkCancelled();
-    return {std::move(volume), std::move(report), std::move(standard_error)};
+    return baked;
 }
 
 }  // namespace photic

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bake/baker/bake_settings.h"
+#include "bake/baker/lookup_error.h"
 #include "bake/file/vdb.h"
 #include "bake/report/bake_report.h"
 #include "bake/report/monitor.h"
@@ -18,6 +19,7 @@ struct BakedScene {
     /// The standard error of the mean irradiance as `irradiance` [W/m2], and the number of paths through each voxel as
     /// `path_count`; of methods that know them (Method::standard_error).
     std::optional<LightVolume> standard_error;
+    MeasuredReceivers measured;  ///< where BakeChoices::measure asks for it
 };
 
 /// Bakes a scene: chooses its method, finds the voxels that are needed, refuses what does not fit the memory, runs the

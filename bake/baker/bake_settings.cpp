@@ -51,6 +51,7 @@ std::string settingsText(const Scene& scene, const Method& method, const BakeCho
                   {"half", choices.file.half},
                   {"compression", kCompression[static_cast<int>(choices.file.compression)]},
                   {"options", optionsOf(scene, method)}};
+    if (bake.error) settings["error"] = *bake.error;
     if (bake.lobe_axis) settings["lobe_axis"] = {bake.lobe_axis->x, bake.lobe_axis->y, bake.lobe_axis->z};
     if (!choices.post.empty()) settings["post"] = choices.post;
     return dump(settings);

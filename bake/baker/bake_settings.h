@@ -12,10 +12,20 @@
 
 namespace photic {
 
+/// How much of the receivers is measured.
+enum class Measure {
+    Nothing,
+    Quickly,  ///< what takes about a quarter of the bake's expected time, and a little of the largest at least
+    Wholly    ///< all texels of the four largest
+};
+inline const std::vector<std::string> kMeasureNames{"no", "quick", "all"};  ///< in that order
+
 /// What a bake is told besides its scene, whose `bake` table says the rest.
 struct BakeChoices {
-    std::vector<std::string> post;      ///< steps on the caustic grid, in order (post_steps.h)
-    VdbOptions file;                    ///< how the volume is going to be stored: part of its settings and estimate
+    std::vector<std::string> post;       ///< steps on the caustic grid, in order (post_steps.h)
+    VdbOptions file;                     ///< how the volume is going to be stored: part of its settings and estimate
+    Measure measure = Measure::Nothing;  ///< look-ups on receivers
+    double detail = 0;  ///< [m] of the texels that they are measured on; 0: a 512th of each receiver's longer side
     std::int64_t max_memory_bytes = 0;  ///< a bake that would take more is refused; 0: what the machine has
     /// Told the stages that Monitor::progress is going to name, one after the other, as soon as they are known. What
     /// counts is how long they take beside one another: a bar then moves evenly.

@@ -40,6 +40,10 @@ Json toJson(const PathLedger& ledger) {
     return {{"deposited", ledger.deposited}, {"expected", ledger.expected}, {"imbalance", ledger.imbalance()}};
 }
 
+Json toJson(const ReceiverError& error) {
+    return {{"name", error.name}, {"detail", error.detail}, {"relative_l1", error.relative_l1}, {"share", error.share}};
+}
+
 Json toJson(const OptionValue& value) {
     return std::visit([](const auto& v) { return Json(v); }, value);
 }
@@ -47,6 +51,8 @@ Json toJson(const OptionValue& value) {
 Json toJson(const BakeReport& report) {
     Json seconds = Json::object();
     for (const auto& [stage, time] : report.seconds) seconds[stage] = seconds.value(stage, 0.0) + time;
+    Json receivers = Json::array();
+    for (const ReceiverError& error : report.receivers) receivers.push_back(toJson(error));
     return {{"power", toJson(report.power)},
             {"path", toJson(report.path)},
             {"reference_irradiance", report.reference_irradiance},
@@ -59,7 +65,27 @@ Json toJson(const BakeReport& report) {
             {"threads", report.threads},
             {"seconds", seconds},
             {"skipped", report.skipped},
+            {"receivers", receivers},
+            {"advice", report.advice},
             {"warnings", report.warnings}};
+}
+
+std::string receiverErrorsText(const std::vector<ReceiverError>& errors) {
+    Json json = Json::array();
+    for (const ReceiverError& error : errors) json.push_back(toJson(error));
+    return dump(json);
+}
+
+std::vector<ReceiverError> readReceiverErrors(const std::string& text) {
+    std::vector<ReceiverError> errors;
+    try {
+        for (const Json& error : Json::parse(text))
+            errors.push_back({error.at("name").get<std::string>(), error.at("detail").get<double>(),
+                              error.at("relative_l1").get<double>(), error.at("share").get<double>()});
+    } catch (const Json::exception&) {
+        errors.clear();  // written by something else
+    }
+    return errors;
 }
 
 std::string ledgerText(const BakeReport& report) {

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "bake/report/bake_report.h"
 #include "bake/scene/scene.h"
@@ -12,8 +13,14 @@ namespace photic {
 nlohmann::ordered_json toJson(const PowerLedger& ledger);
 nlohmann::ordered_json toJson(const PathLedger& ledger);
 nlohmann::ordered_json toJson(const OptionValue& value);
+nlohmann::ordered_json toJson(const ReceiverError& error);
 /// All of a bake's report (docs/schemas/report.md), without the scene's part.
 nlohmann::ordered_json toJson(const BakeReport& report);
+
+/// What receivers' look-ups are off by, as the `receiver_errors` metadata holds it: a JSON array.
+std::string receiverErrorsText(const std::vector<ReceiverError>& errors);
+/// Those of such a text; none where it is not one.
+std::vector<ReceiverError> readReceiverErrors(const std::string& text);
 
 /// Both ledgers as the `ledger` metadata holds them.
 std::string ledgerText(const BakeReport& report);

@@ -12,6 +12,8 @@
 
 #include "bake/baker/bake_cost.h"
 #include "bake/baker/bake_scene.h"
+#include "bake/baker/error_goal.h"
+#include "bake/baker/lookup_advice.h"
 #include "bake/baker/post_steps.h"
 #include "bake/baker/version.h"
 #include "bake/cli/bake_plan.h"
@@ -38,7 +40,17 @@ double secondsSince(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-BakeChoices choicesOf(const BakeArguments& arguments) { return {arguments.post, arguments.file, memoryAllowed(), {}}; }
+BakeChoices choicesOf(const BakeArguments& arguments) {
+    if (arguments.detail && !(*arguments.detail > 0 && std::isfinite(*arguments.detail)))
+        throw Error(ErrorCode::Usage, fmt::format("texels of {} m; they must be above 0", *arguments.detail),
+                    "--detail");
+    BakeChoices choices;
+    choices.post = arguments.post, choices.file = arguments.file, choices.max_memory_bytes = memoryAllowed();
+    const auto measure = std::find(kMeasureNames.begin(), kMeasureNames.end(), arguments.measure);
+    choices.measure = static_cast<Measure>(measure - kMeasureNames.begin());
+    choices.detail = arguments.detail.value_or(0);
+    return choices;
+}
 
 /// The scene of a frame, with the settings of the command line.
 Scene sceneOf(const BakeArguments& arguments, int frame, Terminal& terminal) {
@@ -85,6 +97,10 @@ void summarise(Terminal& terminal, const std::string& output, const std::string&
                              report.threads == 1 ? "" : "s", stages, total));
     terminal.say(fmt::format("  power ledger off by {:.1e}, path ledger by {:.1e}", report.power.imbalance(),
                              report.path.imbalance()));
+    if (!report.receivers.empty()) {
+        terminal.say("  " + wordsOf(report.receivers));
+        if (!report.advice.empty()) terminal.say("    " + report.advice);
+    }
     if (!report.skipped.empty()) terminal.say(fmt::format("  skipped: {}", fmt::join(report.skipped, "; ")));
 }
 
@@ -120,7 +136,7 @@ std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Term
 
     const std::vector<std::string> scene_warnings = terminal.takeWarnings();
     choices.expect = [&terminal](const std::vector<Stage>& stages) { terminal.expect(stages); };
-    BakedScene baked = bakeScene(scene, terminal, choices);
+    BakedScene baked = bakeToError(scene, terminal, choices);
     BakeReport& report = baked.report;
     report.seconds.insert(report.seconds.begin(), {"scene", scene_seconds});
     report.warnings.insert(report.warnings.begin(), scene_warnings.begin(), scene_warnings.end());

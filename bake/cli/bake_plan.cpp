@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <string_view>
 #include <vector>
 
 #include "bake/methods/catalogue.h"
 #include "bake/report/error.h"
+#include "bake/report/printable.h"
 #include "bake/scene/load_toml.h"
 #include "bake/scene/setting_names.h"
 
@@ -121,6 +123,18 @@ void applyVoxelSize(const BakeArguments& arguments, Domain& domain) {
     domain.voxel_size = size;
 }
 
+/// "2%" or "0.02".
+double parseShare(const std::string& text, const char* option) {
+    double value = 0;
+    int used = 0;
+    const bool read = std::sscanf(text.c_str(), "%lf%n", &value, &used) == 1;
+    const std::string unit = read ? text.substr(static_cast<std::size_t>(used)) : "?";
+    if (unit == "%") value /= 100;
+    if (!read || !(unit.empty() || unit == "%") || !(value > 0 && value <= 1))
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is no share; write 2% or 0.02", printable(text)), option);
+    return value;
+}
+
 }  // namespace
 
 void applySettings(const BakeArguments& arguments, Scene& scene) {
@@ -134,6 +148,12 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
                         "--method");
         }
         bake.method = *arguments.method;
+    }
+    if (!arguments.error.empty()) bake.error = parseShare(arguments.error, "--error");
+    if (arguments.voxel_size || arguments.resolution) {
+        if (!arguments.error.empty())
+            throw Error(ErrorCode::Usage, "--error chooses the voxels; give it or a voxel size", "--error");
+        bake.error.reset();
     }
     applyVoxelSize(arguments, scene.domain);
     if (arguments.where) bake.where = static_cast<Where>(placeOf(*arguments.where, kWhereNames));

@@ -10,6 +10,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "bake/baker/lookup_advice.h"
+#include "bake/baker/report_json.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
 #include "bake/cli/voxel_walk.h"
@@ -143,7 +145,9 @@ std::string describe(const InspectArguments& arguments, const Json& d) {
                             number("mean"), g["unit"].get<std::string>());
     }
     for (const auto& [key, value] : d["metadata"].items()) {
-        if (key != "ledger" && key != "options")
+        if (key == "receiver_errors")
+            text += fmt::format("  {}\n", printable(wordsOf(readReceiverErrors(value.get<std::string>()))));
+        else if (key != "ledger" && key != "options")
             text += fmt::format("  {:<21} {}\n", key, printable(value.get<std::string>()));
     }
     for (const Json& law : d["laws"]) {

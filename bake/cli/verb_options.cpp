@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // This file and arguments.cpp alone include CLI11: it takes five seconds to compile.
 #include "bake/cli/verb_options.h"
+#include "bake/baker/bake_settings.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -125,6 +126,17 @@ void bindBake(CLI::App& app, BakeArguments& a) {
                          "Directions that a voxel keeps where light opposes itself (default: 2, where it does)"),
           {"1", "2"});
     value(app.add_option("--tolerance", a.tolerance, "Refinement tolerance [voxels]"), "VOXELS");
+    oneOf(app.add_option("--measure", a.measure,
+                         "Measure how far look-ups on flat receivers are from the light there: quick takes about a "
+                         "quarter of the bake's time (default: quick)"),
+          kMeasureNames);
+    value(
+        app.add_option("--error", a.error,
+                       "Choose the voxels so that look-ups on flat receivers are off by at most this, for instance 2%"),
+        "SHARE");
+    value(app.add_option("--detail", a.detail,
+                         "Texels that look-ups are measured on [m] (default: a 512th of each receiver)"),
+          "METRES");
     app.add_flag_function(
         "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },
         "Invert the blur of trilinear look-ups");

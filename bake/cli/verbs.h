@@ -31,6 +31,9 @@ struct BakeArguments {
     std::optional<double> voxel_size, tolerance;
     std::optional<int> resolution, quadrature, lobes;
     std::optional<bool> prefilter;
+    std::string measure = "quick";  ///< of kMeasureNames: look-ups on receivers
+    std::string error;              ///< share or per cent that look-ups may be off by; empty: what the scene says
+    std::optional<double> detail;   ///< [m] that they are measured on
     std::vector<std::string> grids;
     std::vector<std::string> post;  ///< steps on the caustic grid (post_steps.h)
 };

@@ -35,8 +35,7 @@ bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) 
     return std::max(reach(frame.min.z), reach(frame.max.z)) <= kWidestBlurOverShadows;
 }
 
-std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame) {
-    const double level = 0.5 * (surface.height_field->minZ() + surface.height_field->maxZ());
+glm::dmat2 discSlopes(const Surface& surface, const Light& light) {
     const bool refract = surface.event == SurfaceEvent::Refract;
     const double radius = angularRadius(light);
     const auto slope = [&](const glm::dvec3& d) {
@@ -46,15 +45,21 @@ std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light&
     };
     const TangentFrame disc(light.direction);
     const double s = std::sin(radius), c = std::cos(radius);
-    // Central differences over the disc itself, in world x and y for each metre of z.
+    // Central differences over the disc itself.
     const glm::dvec2 along_x =
         0.5 * (slope(c * light.direction + s * disc.across) - slope(c * light.direction - s * disc.across));
     const glm::dvec2 along_y =
         0.5 * (slope(c * light.direction + s * disc.up) - slope(c * light.direction - s * disc.up));
+    return {along_x, along_y};
+}
+
+std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame) {
+    const double level = 0.5 * (surface.height_field->minZ() + surface.height_field->maxZ());
+    const bool refract = surface.event == SurfaceEvent::Refract;
     const glm::dmat2 index_from_world =
         glm::inverse(glm::dmat2(frame.worldFromIndex()[0].x, frame.worldFromIndex()[0].y, frame.worldFromIndex()[1].x,
                                 frame.worldFromIndex()[1].y));
-    const glm::dmat2 per_metre = index_from_world * glm::dmat2(along_x, along_y);
+    const glm::dmat2 per_metre = index_from_world * discSlopes(surface, light);
     return [=](int k) {
         const double depth = level - frame.worldFromIndex({0, 0, k}).z;
         const bool lit = refract ? depth > 0 : depth < 0;

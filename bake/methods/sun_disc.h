@@ -15,6 +15,10 @@ namespace photic {
 /// shadows, whose penumbrae it makes as wide as those of a blocker at the surface: an error below its own reach.
 bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame);
 
+/// How far the disc's rim moves where light lands, after one event at the surface's mean plane: the image of two of its
+/// radii at right angles, in world x and y for each metre of depth.
+glm::dmat2 discSlopes(const Surface& surface, const Light& light);
+
 /// The disc's image in each z layer of the grid after one event at the surface's mean plane: depth x
 /// d(slope)/d(direction).
 std::function<LayerKernel(int)> discKernels(const Surface& surface, const Light& light, const GridFrame& frame);

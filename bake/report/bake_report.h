@@ -48,6 +48,14 @@ struct PathLedger {
     }
 };
 
+/// How far look-ups on a receiver are from the light that falls on it.
+struct ReceiverError {
+    std::string name;
+    double detail = 0;       ///< [m] side of the texels
+    double relative_l1 = 0;  ///< sum of |look-up - light| over the sum of light
+    double share = 1;        ///< of its texels that were looked at
+};
+
 /// What a bake did: both ledgers, counts, seconds by stage, and what was skipped.
 struct BakeReport {
     PowerLedger power;
@@ -62,6 +70,8 @@ struct BakeReport {
     int threads = 0;
     std::vector<std::pair<std::string, double>> seconds;  ///< wall time by stage, in order
     std::vector<std::string> skipped;                     ///< what was not computed, in words
+    std::vector<ReceiverError> receivers;                 ///< those that were measured
+    std::string advice;  ///< what would halve the largest of their errors; empty when nothing is known
     std::vector<std::string> warnings;
 };
 

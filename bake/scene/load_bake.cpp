@@ -60,8 +60,8 @@ GivenOptions loadOptions(const ConfigValue& table, const std::string& method) {
 }  // namespace
 
 BakeSettings loadBake(const ConfigValue& value) {
-    std::vector<std::string> known{"method",    "grids",     "where", "band",      "paths",   "quadrature",
-                                   "tolerance", "prefilter", "lobes", "lobe_axis", "bounces", "threshold"};
+    std::vector<std::string> known{"method",    "grids", "where", "band",      "paths",   "quadrature", "tolerance",
+                                   "prefilter", "lobes", "error", "lobe_axis", "bounces", "threshold"};
     // Any table in here holds a method's own options: which methods there are is the catalogue's to say.
     BakeSettings bake;
     if (value.kind == ConfigValue::Kind::Table)
@@ -70,7 +70,7 @@ BakeSettings loadBake(const ConfigValue& value) {
                 bake.method_options[key] = loadOptions(entry, key);
                 if (std::find(known.begin(), known.end(), key) == known.end()) known.push_back(key);
             }
-    const TableReader table(value, "[bake]", known, {"error", "budget_mb", "seconds"});
+    const TableReader table(value, "[bake]", known, {"budget_mb", "seconds"});
 
     bake.method = table.text("method").value_or(bake.method);
     bake.grids = loadGrids(table);
@@ -81,6 +81,7 @@ BakeSettings loadBake(const ConfigValue& value) {
     if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
     bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);
+    bake.error = table.number("error", {0, 1, true, ""});
     bake.lobes = static_cast<int>(table.integer("lobes", 1, 2).value_or(bake.lobes));
     if (const auto axis = table.vector3("lobe_axis", withinReach(""))) {
         if (!(glm::length(*axis) > 0)) table.fail("lobe_axis", "'lobe_axis' is [0, 0, 0]; it must have a direction");

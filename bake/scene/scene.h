@@ -179,6 +179,8 @@ struct BakeSettings {
     int quadrature = 1;       ///< 1 | 2 | 4 Gauss points across a layer
     double tolerance = 0.25;  ///< [voxels] refinement
     bool prefilter = false;
+    /// Share by which look-ups on flat receivers may be off; absent: the voxel size is what the domain says.
+    std::optional<double> error{};
     int lobes = 2;  ///< 1 | 2: directions that a voxel keeps where light opposes itself
     /// Unit: light that travels against it is the second lobe. Absent: bakeScene finds one that parts the light well,
     /// and methods that are called without it keep one lobe.

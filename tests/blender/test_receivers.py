@@ -90,6 +90,9 @@ class Receivers(unittest.TestCase):
         for obj in (cls.water, bpy.data.objects["Sun"]):
             obj.hide_render = True
 
+    def test_the_bake_says_its_error(self):
+        self.assertRegex(self.scene.photic.light_errors, r"^Light on 'Floor' is off by [0-9.]+ % at [0-9.]+ mm; half of it with")
+
     def test_floor(self):
         compare(self, (0, 0, -1.0), (0, 0, 1))
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -171,6 +172,33 @@ TEST(Bake, WarnsOfOpposedSuns) {
     EXPECT_EQ(one.err.find("a voxel keeps one"), std::string::npos) << one.err;
     EXPECT_EQ(two.err.find("far apart"), std::string::npos) << two.err;
     EXPECT_NE(kept_one.err.find("a voxel keeps one"), std::string::npos) << kept_one.err;
+}
+
+/// What an artist sees at the floor, whatever the voxels hold.
+TEST(Bake, SaysHowFarLookUpsAreOff) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    const Outcome said = photic(place, {"bake", "pool.toml", "--measure", "all", "--report", "report.json"});
+    ASSERT_EQ(said.code, 0) << said.err;
+    EXPECT_NE(said.err.find("look-ups are off by"), std::string::npos) << said.err;
+    const auto report = nlohmann::json::parse(place.read("report.json"));
+    ASSERT_FALSE(report["receivers"].empty());
+    const double error = report["receivers"][0]["relative_l1"];
+    EXPECT_GT(error, 0.01);
+    EXPECT_NE(report["advice"].get<std::string>().find("--voxel-size"), std::string::npos);
+    EXPECT_NE(photic(place, {"inspect", "pool.vdb"}).out.find("look-ups are off by"), std::string::npos);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--measure", "no"}).err.find("look-ups"), std::string::npos);
+
+    const std::string goal = fmt::format("{:.3f}", 0.4 * error);
+    const Outcome chosen = photic(place, {"bake", "pool.toml", "--error", goal, "--report", "chosen.json"});
+    ASSERT_EQ(chosen.code, 0) << chosen.err;
+    const auto better = nlohmann::json::parse(place.read("chosen.json"));
+    EXPECT_EQ(schemaBreaches(better, "report.md"), Strings{});
+    EXPECT_LE(better["receivers"][0]["relative_l1"].get<double>(), 0.4 * error);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "x"}).code, 2);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "0%"}).code, 2);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "5%", "--voxel-size", "0.1"}).code, 2);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--detail", "-1"}).code, 2);
 }
 
 TEST(Bake, ThreadsChangeNothing) {

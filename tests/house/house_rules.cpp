@@ -96,7 +96,8 @@ const Arrows& arrows() {
         {"file", {"image", "field", "simd", "volume", "format"}},
         {"methods", {"scene", "graded", "paths", "tubes", "deposit", "numerics", "field", "optics", "simd"}},
         {"picture", {"file", "scene", "image", "field", "optics", "paths"}},  // eye rays meet what light does
-        {"baker", {"methods", "scene", "field", "file", "simd"}},  // file: how a volume is going to be stored
+        {"baker", {"methods", "scene", "field", "file", "simd", "picture"}},  // file: how a volume is going to be
+                                                                              // stored; picture: its look-ups
         {"web",
          {"picture", "file", "scene", "field"}},  // picture: what of a receiver lies in the domain, and from where
         {"cli", {"baker", "methods", "scene", "field", "file", "picture", "web", "image"}},

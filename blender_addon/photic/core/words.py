@@ -23,3 +23,14 @@ def plain(message):
     for pattern, words in _SAID_AS:
         message = pattern.sub(words, message)
     return message
+
+
+def light_errors(report):
+    """How far the light on receivers is off, and what would halve that, as a bake's report says it; "" where it does not."""
+    receivers = report.get("receivers", [])
+    if not receivers:
+        return ""
+    worst = max(receivers, key=lambda receiver: receiver["relative_l1"])
+    said = f"Light on '{worst['name']}' is off by {100 * worst['relative_l1']:.2g} % at {1000 * worst['detail']:.2g} mm"
+    narrower = re.search(r"voxels of ([0-9.e+-]+) mm", report.get("advice", ""))
+    return said + (f"; half of it with voxels of {narrower[1]} mm" if narrower else "")

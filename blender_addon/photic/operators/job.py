@@ -64,6 +64,7 @@ class Job:
         self.run = None
         self.text = None
         self.reference = None
+        self.light_errors = ""
 
     # Progress, for panels
     @property
@@ -162,6 +163,7 @@ class Job:
         report = run.done["report"] if run.done else None
         if report:
             self.kept += bool(report["up_to_date"])
+            self.light_errors = words.light_errors(report) or self.light_errors
             reference = report.get("reference_irradiance")
             if reference is not None:
                 if self.reference is not None and abs(reference / self.reference - 1) > 1e-6:
@@ -197,4 +199,5 @@ class Job:
         medium = self.collected.medium
         s.has_density = medium.present()
         s.forms = self.collected.forms_words
+        s.light_errors = self.light_errors
         s.baked_absorption, s.baked_scattering, s.baked_anisotropy = medium.absorption, medium.scattering, medium.anisotropy

@@ -87,6 +87,7 @@ def _annotations():
         "message": StringProperty(),
         "forms": StringProperty(),      # what the water was last baked, or looked at, as
         "estimate": StringProperty(),
+        "light_errors": StringProperty(),       # how far light on receivers is off, as the last bake measured it
     }
     for name, group in method_options.classes().items():
         own[f"options_{name}"] = PointerProperty(type=group)

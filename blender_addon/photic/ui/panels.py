@@ -54,6 +54,8 @@ class PHOTIC_PT_bake(Sidebar, bpy.types.Panel):
             paragraph(layout, settings.estimate)
         if settings.forms:
             paragraph(layout, settings.forms, icon="MOD_OCEAN")
+        if settings.light_errors:
+            paragraph(layout, settings.light_errors)
         if settings.message:
             paragraph(layout.box(), settings.message, icon="ERROR")
 
