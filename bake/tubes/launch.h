@@ -67,7 +67,9 @@ class Launch {
 public:
     /// All must outlive the launch.
     Launch(const PathTracer& tracer, const LaunchOptions& options, const TubeSink& sink, Monitor& monitor)
-        : tracer_(tracer), obstacles_(tracer), options_(options), sink_(sink), monitor_(monitor) {}
+        : tracer_(tracer), obstacles_(tracer), options_(options), sink_(sink), monitor_(monitor) {
+        options_.refine.monitor = &monitor;
+    }
 
     /// Makes the two branches of an event share its power out exactly, part by part of the domain: the first records
     /// what it leaves, the second takes that.
@@ -90,7 +92,7 @@ private:
 
     const PathTracer& tracer_;
     Obstacles obstacles_;
-    const LaunchOptions& options_;
+    LaunchOptions options_;
     const TubeSink& sink_;
     Monitor& monitor_;
     std::vector<double>* shared_ = nullptr;  // of each part, what is left for the second branch [W]

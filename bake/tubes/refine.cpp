@@ -213,6 +213,9 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
 }
 
 void Refiner::traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face) {
+    // One triangle of a rough mesh may be divided for minutes.
+    constexpr std::int64_t kRaysBetweenLooks = 64;
+    if (options_.monitor && traced_ % kRaysBetweenLooks == 0) options_.monitor->checkCancelled();
     edge.middle = tracer_.trace(param, face), edge.traced = true;
     ++traced_;
 }

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "bake/paths/path_tracer.h"
+#include "bake/report/monitor.h"
 #include "bake/tubes/obstacles.h"
 #include "bake/tubes/tube_builder.h"
 
@@ -20,6 +21,7 @@ struct RefineOptions {
     /// Share of the emitted power that counts as full light. What a share's root is below it, tubes may be coarser by:
     /// most tubes go where they lessen the error most.
     double full_share = 1;
+    const Monitor* monitor = nullptr;  ///< asked now and then whether to stop; null: nobody is
 };
 
 /// How well two neighbouring paths, and what is between them, are told by a tube. The questions that refinement asks;

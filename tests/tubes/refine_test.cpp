@@ -7,6 +7,7 @@
 #include <array>
 #include <random>
 
+#include "bake/report/error.h"
 #include "tests/support/tube_scenes.h"
 
 namespace photic {
@@ -55,6 +56,32 @@ double startArea(TubeBuilder& builder) {
                 area += 0.5 * ((b->u - a->u) * (c->v - a->v) - (c->u - a->u) * (b->v - a->v));
             }
     return area;
+}
+
+/// Wants to stop once it has been asked often enough.
+class Impatient final : public Monitor {
+public:
+    bool cancelled() const override { return ++asked_ > 3; }
+    int asked() const { return asked_; }
+
+private:
+    mutable int asked_ = 0;
+};
+
+// A tolerance of nothing would divide for minutes.
+TEST(Refiner, StopsInTheMiddleOfATriangle) {
+    const Rig rig(WaterScene(std::make_shared<support::Ripples>(0.03, 5)));
+    RefineOptions options;
+    options.tolerance = 1e-9;
+    Impatient monitor;
+    options.monitor = &monitor;
+    try {
+        rig.refined(kSquare, options);
+        FAIL() << "it went on to the end";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+    }
+    EXPECT_EQ(monitor.asked(), 4);
 }
 
 TEST(Refiner, LeavesNoGapAndNoOverlap) {
