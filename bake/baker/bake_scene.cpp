@@ -209,9 +209,9 @@ void warnOfOpposedLight(const Scene& scene, const LightVolume& volume, Monitor& 
         "along {} are handed too little, by up to {:.2g} % of the light that passes. For the walls, {}",
         100 * opposed.share, volume.second ? "two" : "one, their mean", volume.second ? "them" : "it",
         100 * opposed.lost,
-        scene.lights.size() > 1 ? "bake each light into a volume of its own"
-        : scene.bake.lobes > 1  ? "there is no cure yet"
-                                : "bake with lobes = 2"));
+        scene.bake.lobes < 2      ? "bake with lobes = 2"
+        : scene.lights.size() > 1 ? "bake each light into a volume of its own"
+                                  : "there is no cure yet"));
 }
 
 /// Says what of the light was not followed to its end, where that is more than a rim or an edge.
