@@ -11,6 +11,7 @@
 #include "bake/baker/lookup_advice.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/methods/plane_light.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -19,9 +20,10 @@ namespace {
 constexpr int kFirstCells = 64;  // of the domain's longest side
 constexpr int kMostBakes = 5;
 constexpr double kMostBytes = 256e6, kMostSeconds = 10;
-constexpr double kMargin = 0.85;  // of the goal that is aimed at: a prediction is off by some per cent
+constexpr double kNarrower = 0.97, kWiden = 1.2;  // of voxels that are tried next
+constexpr double kMargin = 0.85;                  // of the goal that is aimed at: a prediction is off by some per cent
 
-/// Its warnings are those of a bake that is not handed on.
+/// Keeps warnings back: those of the bake that is handed on are told once it is known which that is.
 class UnwarnedMonitor final : public Monitor {
 public:
     explicit UnwarnedMonitor(Monitor& to) : to_(to) {}
@@ -32,8 +34,23 @@ private:
     Monitor& to_;
 };
 
+/// How much longer a bake took than it was expected to, its measuring apart; 1 where it did not.
+double slowness(const Scene& scene, const BakedScene& baked, const BakeChoices& choices) {
+    BakeChoices alone = choices;
+    alone.measure = Measure::Nothing;
+    const NeededVoxels& needed = baked.volume.field.needed();
+    const Method& method = chooseMethod(scene.bake.method, scene);
+    const double expected = bakeCost(scene, method, needed.frame(), &needed, alone).seconds();
+    double took = 0;
+    for (const auto& [stage, seconds] : baked.report.seconds)
+        if (stage != "measure") took += seconds;
+    constexpr double kTooShortToTell = 0.3;
+    return took > kTooShortToTell ? std::max(1.0, took / expected) : 1.0;
+}
+
 /// What stands against a bake; empty when nothing does.
-std::string obstacle(const Scene& scene, const BakeChoices& choices, Monitor& monitor) {
+/// @param slower  than is expected
+std::string obstacle(const Scene& scene, const BakeChoices& choices, double slower, Monitor& monitor) {
     // A table of more is not looked through.
     constexpr double kMostVoxels = 1e10;
     const glm::dvec3 cells = (scene.domain.max - scene.domain.min) / scene.domain.voxel_size;
@@ -43,8 +60,9 @@ std::string obstacle(const Scene& scene, const BakeChoices& choices, Monitor& mo
     const GridFrame frame = sceneFrame(scene);
     const NeededVoxels needed = sceneNeededVoxels(scene, frame, monitor);
     const BakeCost cost = bakeCost(scene, method, frame, &needed, choices);
-    if (static_cast<double>(cost.file_bytes) > kMostBytes || cost.seconds() > kMostSeconds)
-        return fmt::format("about {:.2g} MB and {:.2g} s", static_cast<double>(cost.file_bytes) * 1e-6, cost.seconds());
+    const double seconds = slower * cost.seconds();
+    if (static_cast<double>(cost.file_bytes) > kMostBytes || seconds > kMostSeconds)
+        return fmt::format("about {:.3g} MB and {:.2g} s", static_cast<double>(cost.file_bytes) * 1e-6, seconds);
     return {};
 }
 
@@ -54,15 +72,15 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
     const double goal = scene.bake.error.value_or(0);
     if (!(goal > 0)) return bakeScene(scene, monitor, given);
     BakeChoices choices = given;
-    choices.measure = Measure::Wholly;
     const glm::dvec3 extent = scene.domain.max - scene.domain.min;
     double size = std::max({extent.x, extent.y, extent.z}) / kFirstCells;
     UnwarnedMonitor unwarned(monitor);
     std::string why;
+    bool last = false;  // no narrower voxels are allowed
     for (int bakes = 1;; ++bakes) {
-        // A coarse first look is told nobody; the one that is handed on says its warnings.
-        BakedScene baked =
-            bakeScene(withVoxels(scene, size), bakes == 1 ? static_cast<Monitor&>(unwarned) : monitor, choices);
+        const Scene tried = withVoxels(scene, size);
+        choices.measure = planeLightIsQuick(tried) ? Measure::Wholly : Measure::Quickly;
+        BakedScene baked = bakeScene(tried, unwarned, choices);
         const double reached = baked.measured.largest();
         if (baked.measured.errors.empty())
             throw Error(ErrorCode::Input,
@@ -70,21 +88,30 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
                                     "voxel_size instead",
                                     100 * goal, baked.measured.not_measured),
                         scene.file);
-        const double next = reached > goal ? voxelSizeFor(kMargin * goal, baked.measured, size) : 0;
-        const bool narrower = next > 0 && next < 0.97 * size;
-        if (narrower && bakes < kMostBakes) {
-            why = obstacle(withVoxels(scene, next), choices, monitor);
-            if (why.empty()) {
+        const double wanted = reached > goal ? voxelSizeFor(kMargin * goal, baked.measured, size) : 0;
+        if (wanted > 0 && wanted < kNarrower * size && bakes < kMostBakes && !last) {
+            // As narrow as is allowed, where what is wanted is not.
+            double next = wanted;
+            const double slower = slowness(tried, baked, choices);
+            for (std::string stands = obstacle(withVoxels(scene, next), choices, slower, monitor); !stands.empty();
+                 stands = obstacle(withVoxels(scene, next), choices, slower, monitor)) {
+                if (why.empty())
+                    why = fmt::format("voxels of {:.2g} mm would take {}; --voxel-size {:.2g} bakes them",
+                                      1000 * wanted, stands, wanted);
+                next *= kWiden, last = true;
+                if (next >= kNarrower * size) break;
+            }
+            if (next < kNarrower * size) {
                 size = next;
                 continue;
             }
         }
+        std::vector<std::string>& warnings = baked.report.warnings;
         if (reached > goal)
-            monitor.warn(fmt::format(
-                "look-ups are off by {:.2g} %, and {:.2g} % was asked for{}", 100 * reached, 100 * goal,
-                why.empty() ? std::string(": narrower voxels were no better")
-                            : fmt::format(": voxels of {:.2g} mm would take {}; --voxel-size {:.2g} bakes them",
-                                          1000 * next, why, next)));
+            warnings.push_back(fmt::format("look-ups are off by {:.2g} %, and {:.2g} % was asked for: {}",
+                                           100 * reached, 100 * goal,
+                                           why.empty() ? "narrower voxels were no better" : why));
+        for (const std::string& warning : warnings) monitor.warn(warning);
         baked.volume.metadata["scene_hash"] = inputHash(scene, chooseMethod(scene.bake.method, scene), given);
         return baked;
     }

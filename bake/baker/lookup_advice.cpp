@@ -58,7 +58,7 @@ std::string adviceFor(const Scene& scene, const Method& method, const MeasuredRe
         const NeededVoxels needed = sceneNeededVoxels(finer, frame, monitor);
         const BakeCost cost = bakeCost(finer, method, frame, &needed, choices);
         advice +=
-            fmt::format(": about {:.2g} MB and {:.2g} s", static_cast<double>(cost.file_bytes) * 1e-6, cost.seconds());
+            fmt::format(": about {:.3g} MB and {:.2g} s", static_cast<double>(cost.file_bytes) * 1e-6, cost.seconds());
     } catch (const Error& error) {
         if (error.code() == ErrorCode::Cancelled) throw;  // otherwise it is too large to be told
     }

@@ -132,6 +132,11 @@ std::vector<float> planeIrradiance(const Scene& scene, const PlaneTexels& texels
     return all;
 }
 
+bool planeLightIsQuick(const Scene& scene) {
+    return std::all_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Light& light) { return light.angular_diameter_deg <= 0 || blurs(scene, light); });
+}
+
 double planeLightSeconds(const Scene& scene, const PlaneTexels& texels, double tolerance) {
     const GridFrame frame = layerOf(texels);
     double seconds = 0;

@@ -34,6 +34,9 @@ std::string planeLightRefusal(const Scene& scene);
 std::vector<float> planeIrradiance(const Scene& scene, const PlaneTexels& texels, double tolerance,
                                    const Monitor& monitor);
 
+/// Whether no sun's disc has to be sampled for it, which takes eight times as long.
+bool planeLightIsQuick(const Scene& scene);
+
 /// What planeIrradiance is expected to take [s of one thread].
 double planeLightSeconds(const Scene& scene, const PlaneTexels& texels, double tolerance);
 
