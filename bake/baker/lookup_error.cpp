@@ -25,8 +25,8 @@ namespace {
 
 constexpr int kTexelsASide = 512;
 constexpr double kShareOfBake = 0.25;
-// Shadow edges take more than planeLightSeconds knows.
-constexpr double kDearer = 6;
+// Shadow edges take more than planeLightSeconds knows, and light that comes to a wall slantwise more yet.
+constexpr double kDearer = 4, kDearerOnWalls = 14;
 // Upright strips of a receiver, in an order in which the first few lie far apart. Light differs with the depth of a
 // wall, and is much the same from strip to strip.
 constexpr std::array<int, 8> kStrips{2, 5, 0, 7, 4, 1, 6, 3};
@@ -194,7 +194,8 @@ std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, 
     const bool launched_whole = std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
                                             [](const Surface& s) { return s.height_field == nullptr; });
     if (launched_whole) return {};
-    const double whole = kDearer * planeLightSeconds(scene, texels, tolerance);
+    const double whole =
+        (std::fabs(texels.normal.z) > 0.7 ? kDearer : kDearerOnWalls) * planeLightSeconds(scene, texels, tolerance);
     if (whole <= budget) {
         budget -= whole;
         return {texels};
@@ -318,16 +319,20 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
     const double tolerance = 0.25 * scene.bake.tolerance * scene.domain.voxel_size;
     double budget = kShareOfBake * bake_seconds;
     std::vector<std::string> left_out;
-    for (const Receiver& receiver : receivers) {
+    for (std::size_t r = 0; r < receivers.size(); ++r) {
+        const Receiver& receiver = receivers[r];
         std::vector<ReceiverPatch> patches;
         double side = 0;
+        // What one does not take is the others'.
+        double share = budget / static_cast<double>(receivers.size() - r);
+        budget -= share;
         for (const Face& face : receiver.faces) {
             side = face.texels.side();
             const double limit = std::max(tolerance, 0.25 * side);
             const std::size_t at_least = measured.errors.empty() && patches.empty() ? kFewestStrips : 0;
             const std::vector<PlaneTexels> parts = how == Measure::Wholly
                                                        ? std::vector<PlaneTexels>{face.texels}
-                                                       : partsOf(scene, face.texels, limit, at_least, budget);
+                                                       : partsOf(scene, face.texels, limit, at_least, share);
             for (const PlaneTexels& part : parts) {
                 monitor.checkCancelled();
                 ReceiverPatch patch{part.columns, part.rows, planeIrradiance(scene, part, limit, monitor), {}};
@@ -335,6 +340,7 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
                 patches.push_back(std::move(patch));
             }
         }
+        budget += share;
         if (patches.empty()) left_out.push_back(receiver.name);
         const Sums sums = sumsOf(patches);
         if (!(sums.light > 0)) continue;
