@@ -24,8 +24,11 @@ double excess(const SolidVolume& volume) {
     return sum * std::pow(volume.voxel_size, 3);
 }
 
+/// n at a point; 1 beside the grid.
 float at(const SolidVolume& volume, const glm::dvec3& world) {
     const glm::ivec3 p = glm::ivec3(glm::floor(world / volume.voxel_size)) - volume.min;
+    for (int axis = 0; axis < 3; ++axis)
+        if (p[axis] < 0 || p[axis] >= volume.size[axis]) return 1;
     return volume.index[volume.flat(p.x, p.y, p.z)];
 }
 
