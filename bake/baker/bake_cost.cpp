@@ -57,7 +57,10 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
 
     const double threads = threadCount();
     cost.stages = {{"scene", kSceneSeconds}, {"needed", voxels * 1e-9}};
-    for (const Stage& stage : own.stages) cost.stages.push_back({stage.name, stage.seconds / threads});
+    for (const Stage& stage : own.stages) {
+        cost.bake_seconds += stage.seconds;
+        cost.stages.push_back({stage.name, stage.seconds / threads});
+    }
     if (scene.bake.prefilter)
         cost.stages.push_back({"prefilter", voxels * channels / 4 * kSecondsAPrefilteredVoxel / threads});
     if (grids.density) cost.stages.push_back({"density", voxels * kSecondsADensityVoxel / threads});

@@ -16,6 +16,7 @@ struct BakeCost {
     std::int64_t memory_bytes = 0;  ///< peak of the method, the field, its table, and the grids while they are written
     std::int64_t file_bytes = 0;    ///< uncompressed
     std::vector<Stage> stages;      ///< from the scene that is loaded to the file that is written
+    double bake_seconds = 0;        ///< of the method itself, on one thread: the same for any number of threads
     std::string dearest;  ///< the setting that costs most of the time, and what would be quicker; may be empty
     double seconds() const;
 };

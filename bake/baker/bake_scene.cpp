@@ -275,9 +275,8 @@ BakeResult bakeLobes(const Scene& parted, const Method& method, const std::share
 /// Measures look-ups on receivers, for the report and for whoever reads the volume.
 MeasuredReceivers measure(const Scene& scene, const Method& method, const BakeCost& cost, const BakeChoices& choices,
                           BakedScene& baked, Monitor& monitor) {
-    const double seconds = cost.seconds() * threadCount();
     MeasuredReceivers measured =
-        measureReceivers(scene, baked.volume, choices.detail, seconds, choices.measure, monitor);
+        measureReceivers(scene, baked.volume, choices.detail, cost.bake_seconds, choices.measure, monitor);
     BakeReport& report = baked.report;
     report.receivers = measured.errors;
     report.advice = adviceFor(scene, method, measured, choices, monitor);

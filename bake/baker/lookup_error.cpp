@@ -23,7 +23,7 @@
 namespace photic {
 namespace {
 
-constexpr int kTexelsASide = 512;
+constexpr int kTexelsASide = 512, kMostTexelsASide = 2048;
 constexpr double kShareOfBake = 0.25;
 // Shadow edges take more than planeLightSeconds knows, and light that comes to a wall slantwise more yet.
 constexpr double kDearer = 4, kDearerOnWalls = 14;
@@ -37,11 +37,7 @@ constexpr std::size_t kMostReceivers = 4, kMostFaces = 4;  // the largest ones
 struct Face {
     PlaneTexels texels;
     std::optional<std::array<glm::dvec3, 3>> triangle;
-    double area() const {
-        if (triangle)
-            return 0.5 * glm::length(glm::cross((*triangle)[1] - (*triangle)[0], (*triangle)[2] - (*triangle)[0]));
-        return double(texels.columns) * texels.rows * texels.side() * texels.side();
-    }
+    double area() const { return double(texels.columns) * texels.rows * texels.side() * texels.side(); }
     /// Whether a point of its plane is on it.
     bool holds(const glm::dvec3& point) const {
         if (!triangle) return true;
@@ -69,17 +65,46 @@ PlaneTexels texelsOf(const PictureFrame& frame) {
 }
 
 int resolutionFor(const Scene& scene, const std::string& name, double detail) {
-    constexpr int kMost = 4096;
     if (!(detail > 0)) return kTexelsASide;
     const PictureFrame frame = receiverFrame(scene, name, kTexelsASide);
     const double side = std::max(glm::length(frame.across), glm::length(frame.up));
-    return std::clamp(static_cast<int>(std::lround(side / detail)), 1, kMost);
+    return std::clamp(static_cast<int>(std::lround(std::min(side / detail, 1e6))), 1, kMostTexelsASide);
 }
 
-/// The square of texels around a triangle, within reach of the domain, on the side that the volume's light comes to.
-Face faceOf(const Scene& scene, const std::array<glm::dvec3, 3>& corners, double detail, const VolumeLookup& lookup) {
-    glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
-    const glm::dvec3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+using Polygon = std::vector<glm::dvec3>;
+
+/// What of a triangle lies in the domain (Sutherland and Hodgman 1974).
+Polygon withinDomain(const Domain& domain, const std::array<glm::dvec3, 3>& corners) {
+    Polygon polygon(corners.begin(), corners.end());
+    for (int side = 0; side < 6 && !polygon.empty(); ++side) {
+        const int axis = side / 2;
+        const auto inwards = [&](const glm::dvec3& p) {
+            return side % 2 == 0 ? p[axis] - domain.min[axis] : domain.max[axis] - p[axis];
+        };
+        Polygon kept;
+        for (std::size_t i = 0; i < polygon.size(); ++i) {
+            const glm::dvec3 &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
+            const double a = inwards(from), b = inwards(to);
+            if (a >= 0) kept.push_back(from);
+            if ((a >= 0) != (b >= 0)) kept.push_back(from + a / (a - b) * (to - from));
+        }
+        polygon = std::move(kept);
+    }
+    return polygon;
+}
+
+double areaOf(const Polygon& polygon) {
+    glm::dvec3 twice(0);
+    for (std::size_t i = 2; i < polygon.size(); ++i)
+        twice += glm::cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]);
+    return 0.5 * glm::length(twice);
+}
+
+/// The square of texels around what of a triangle lies in the domain, on the side that the volume's light comes to.
+Face faceOf(const std::array<glm::dvec3, 3>& corners, const Polygon& polygon, double detail,
+            const VolumeLookup& lookup) {
+    glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])), middle(0);
+    for (const glm::dvec3& p : polygon) middle += p / static_cast<double>(polygon.size());
     const auto lit = [&](const glm::dvec3& n) {
         const glm::dvec3 e = lookup.receiverIrradiance(middle, n);
         return e.x + e.y + e.z;
@@ -88,20 +113,18 @@ Face faceOf(const Scene& scene, const std::array<glm::dvec3, 3>& corners, double
     const glm::dvec3 across = glm::cross(glm::dvec3(0, 0, 1), normal);
     const glm::dvec3 right = glm::length(across) > 1e-9 ? glm::normalize(across) : glm::dvec3(1, 0, 0),
                      up = glm::cross(normal, right);
-    const glm::dvec3 centre = 0.5 * (scene.domain.min + scene.domain.max);
-    const double reach = 0.5 * glm::length(scene.domain.max - scene.domain.min);
     const auto range = [&](const glm::dvec3& axis) {
-        const double c = glm::dot(centre, axis);
-        double low = c + reach, high = c - reach;
-        for (const glm::dvec3& corner : corners)
-            low = std::min(low, glm::dot(corner, axis)), high = std::max(high, glm::dot(corner, axis));
-        return std::pair{std::max(low, c - reach), std::min(high, c + reach)};
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (const glm::dvec3& p : polygon)
+            low = std::min(low, glm::dot(p, axis)), high = std::max(high, glm::dot(p, axis));
+        return std::pair{low, high};
     };
     const auto [u0, u1] = range(right);
     const auto [v0, v1] = range(up);
     Face face;
     face.triangle = corners;
     PlaneTexels& texels = face.texels;
+    detail = std::max({detail, (u1 - u0) / kMostTexelsASide, (v1 - v0) / kMostTexelsASide});
     texels.right = detail * right, texels.up = detail * up, texels.normal = normal;
     texels.columns = static_cast<int>(std::floor((u1 - u0) / detail));
     texels.rows = static_cast<int>(std::floor((v1 - v0) / detail));
@@ -114,27 +137,28 @@ Receiver meshReceiver(const Scene& scene, const Object& object, const TriangleMe
                       const VolumeLookup& lookup) {
     constexpr int kNarrowest = 8;  // texels
     Receiver receiver{object.name, {}, 0};
-    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
-    for (const glm::dvec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
-    low = glm::max(low, scene.domain.min), high = glm::min(high, scene.domain.max);
-    const glm::dvec3 size = high - low;
-    if (!(size.x >= 0 && size.y >= 0 && size.z >= 0)) return receiver;  // beside the domain
-    if (!(detail > 0)) detail = std::max({size.x, size.y, size.z}) / kTexelsASide;
-    std::vector<std::pair<double, std::size_t>> by_area;
     const auto cornersOf = [&](std::size_t t) {
         const auto& index = mesh.triangles[t];
         return std::array{mesh.positions[index[0]], mesh.positions[index[1]], mesh.positions[index[2]]};
     };
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+    std::vector<std::pair<double, std::size_t>> by_area;  // largest first: their areas count down
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto c = cornersOf(t);
-        by_area.emplace_back(-0.5 * glm::length(glm::cross(c[1] - c[0], c[2] - c[0])), t);
-        receiver.area -= by_area.back().first;
+        const Polygon polygon = withinDomain(scene.domain, cornersOf(t));
+        const double area = areaOf(polygon);
+        if (!(area > 0)) continue;
+        for (const glm::dvec3& p : polygon) low = glm::min(low, p), high = glm::max(high, p);
+        receiver.area += area;
+        by_area.emplace_back(-area, t);
     }
+    if (by_area.empty()) return receiver;
+    const glm::dvec3 size = high - low;
+    if (!(detail > 0)) detail = std::max({size.x, size.y, size.z}) / kTexelsASide;
     const std::size_t count = std::min(by_area.size(), kMostFaces);
     std::partial_sort(by_area.begin(), by_area.begin() + static_cast<std::ptrdiff_t>(count), by_area.end());
-    for (std::size_t i = 0; i < count && detail > 0; ++i) {
-        if (!(by_area[i].first < 0)) break;
-        Face face = faceOf(scene, cornersOf(by_area[i].second), detail, lookup);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto corners = cornersOf(by_area[i].second);
+        Face face = faceOf(corners, withinDomain(scene.domain, corners), detail, lookup);
         if (face.texels.columns >= kNarrowest && face.texels.rows >= kNarrowest)
             receiver.faces.push_back(std::move(face));
     }

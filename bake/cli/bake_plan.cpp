@@ -155,6 +155,11 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
             throw Error(ErrorCode::Usage, "--error chooses the voxels; give it or a voxel size", "--error");
         bake.error.reset();
     }
+    if (bake.error && arguments.frames)
+        throw Error(ErrorCode::Usage,
+                    "an error chooses the voxels of each frame for itself, and frames of a sequence share theirs; bake "
+                    "one frame so, and the sequence with the --voxel-size that it comes to",
+                    arguments.error.empty() ? "error" : "--error");
     applyVoxelSize(arguments, scene.domain);
     if (arguments.where) bake.where = static_cast<Where>(placeOf(*arguments.where, kWhereNames));
     if (arguments.paths) bake.paths = static_cast<Paths>(placeOf(*arguments.paths, kPathsNames));

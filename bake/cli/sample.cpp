@@ -160,7 +160,12 @@ private:
 };
 
 /// A field of a table as it can stand between commas.
-std::string csvField(const std::string& text) { return text.find(',') == std::string::npos ? text : '"' + text + '"'; }
+std::string csvField(const std::string& text) {
+    if (text.find_first_of(",\"") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
 
 std::string csvHeader(const PointTable& table, const Columns& columns) {
     std::string text = fmt::format(

@@ -11,6 +11,7 @@
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
 #include "bake/scene/wave_field.h"
+#include "bake/threads/parallel_for.h"
 #include "tests/baker/pool_scene.h"
 #include "tests/support/pool3.h"
 
@@ -88,6 +89,39 @@ TEST(LookupError, KnowsWhatNarrowerVoxelsWouldBring) {
     }
     EXPECT_NE(baked.report.advice.find("--where receivers"), std::string::npos) << baked.report.advice;
     EXPECT_NE(baked.report.advice.find(" MB and "), std::string::npos) << baked.report.advice;
+}
+
+// Two triangles a thousand times as wide as the domain: what lies in it is looked at, on texels of its own.
+TEST(LookupError, OfAMeshIsThatOfThePlaneThatItLiesIn) {
+    Record record;
+    Scene scene = poolOver(2.0 / 64, 0);
+    BakeChoices choices;
+    choices.measure = Measure::Wholly;
+    const double plane = bakeScene(scene, record, choices).measured.largest();
+    TriangleMesh mesh;
+    mesh.positions = {{-1000, -1000, -1.5}, {1000, -1000, -1.5}, {1000, 1000, -1.5}, {-1000, 1000, -1.5}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    scene.objects.front().shape = std::make_shared<const TriangleMesh>(mesh);
+    const BakedScene baked = bakeScene(scene, record, choices);
+    ASSERT_EQ(baked.report.receivers.size(), 1u);
+    EXPECT_NEAR(baked.measured.largest() / plane, 1, 0.03);
+    EXPECT_NEAR(baked.report.receivers.front().share, 1, 0.06);  // but for the voxels at the domain's side
+    // Texels of a micrometre would be more than there is memory for.
+    choices.detail = 1e-6;
+    const BakedScene fine = bakeScene(scene, record, choices);
+    EXPECT_GT(fine.report.receivers.front().detail, 1e-4);
+}
+
+TEST(LookupError, IsTheSameForAnyNumberOfThreads) {
+    Record record;
+    std::vector<std::string> said;
+    for (const int threads : {1, 3}) {
+        setThreadCount(threads);
+        said.push_back(bakeScene(poolOver(2.0 / 64, 0.53), record, measured(Measure::Quickly))
+                           .volume.metadata.at("receiver_errors"));
+    }
+    setThreadCount(0);
+    EXPECT_EQ(said[0], said[1]);
 }
 
 TEST(LookupError, OfFlatWaterIsNothing) {

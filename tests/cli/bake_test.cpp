@@ -195,6 +195,9 @@ TEST(Bake, SaysHowFarLookUpsAreOff) {
     const auto better = nlohmann::json::parse(place.read("chosen.json"));
     EXPECT_EQ(schemaBreaches(better, "report.md"), Strings{});
     EXPECT_LE(better["receivers"][0]["relative_l1"].get<double>(), 0.4 * error);
+    const Outcome frames = photic(place, {"bake", "pool.toml", "--error", "5%", "--frames", "1-2"});
+    EXPECT_EQ(frames.code, 2);
+    EXPECT_NE(frames.err.find("--voxel-size"), std::string::npos) << frames.err;
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "x"}).code, 2);
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "0%"}).code, 2);
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "--error", "5%", "--voxel-size", "0.1"}).code, 2);
