@@ -116,14 +116,6 @@ bool TrackAccumulator<Real>::clipTo(const Ray& ray, const glm::dvec3& low, const
 }
 
 template <class Real>
-bool TrackAccumulator<Real>::clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin,
-                                  double& end) const {
-    begin = 0, end = std::numeric_limits<double>::infinity();
-    return clipTo({index_from_world_ * (origin - origin_world_) + 0.5, index_from_world_ * direction}, box_low_,
-                  box_high_, begin, end);
-}
-
-template <class Real>
 DepositedTrack TrackAccumulator<Real>::deposit(const Track& track) {
     const Ray ray{index_from_world_ * (track.origin - origin_world_) + 0.5, index_from_world_ * track.direction};
     double begin = track.begin, end = track.end;

@@ -31,6 +31,13 @@ struct DepositedTrack {
                       ///< from the track's ends alone where every voxel of the grid is needed
 };
 
+/// Takes the straight pieces of photons' paths.
+class TrackSink {
+public:
+    virtual ~TrackSink() = default;
+    virtual DepositedTrack deposit(const Track& track) = 0;
+};
+
 /// Sums photon tracks on needed voxels: per voxel the integral of power along the tracks inside it [W m] (which is
 /// fluence rate x volume), the same times direction, and the number of tracks. Memory follows the leaves that are
 /// crossed. One thread at a time.
@@ -45,9 +52,6 @@ public:
 
     /// Clips the track to the grid and walks its voxels (Amanatides and Woo 1987), on sheared grids too.
     DepositedTrack deposit(const Track& track);
-
-    /// Part of a ray inside the grid's box, from 0 on; false when it misses.
-    bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const;
 
     FieldChannels channels() const { return channels_; }
     const NeededVoxels& needed() const { return *needed_; }

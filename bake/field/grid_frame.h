@@ -60,6 +60,23 @@ public:
         return exit;
     }
 
+    /// Part of a ray inside the box, from 0 on [in units of `direction`]; false when it misses.
+    /// @param origin, direction  in the world
+    bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
+        begin = 0, end = std::numeric_limits<double>::infinity();
+        const glm::dvec3 p = indexFromWorld(origin) + 0.5, d = indexDirection(direction);
+        for (int a = 0; a < 3; ++a) {
+            const double low = min[a], high = max[a] + 1;
+            if (d[a] == 0) {
+                if (p[a] < low || p[a] >= high) return false;
+                continue;
+            }
+            const double inverse = 1.0 / d[a], t0 = (low - p[a]) * inverse, t1 = (high - p[a]) * inverse;
+            begin = std::max(begin, std::min(t0, t1)), end = std::min(end, std::max(t0, t1));
+        }
+        return begin < end;
+    }
+
     glm::ivec3 size() const { return max - min + 1; }
     std::int64_t voxelCount() const {
         const auto s = size();

@@ -95,20 +95,7 @@ public:
 
     int dimensions() const override { return light_.dimensions(); }
     double estimatedPower() const override { return estimated_power_; }
-    void follow(const std::array<double, 4>& x, double share, LobeTracks<float>& field,
-                PhotonTally& tally) const override {
-        followAll(x, share, field, tally);
-    }
-    void follow(const std::array<double, 4>& x, double share, LobeTracks<double>& field,
-                PhotonTally& tally) const override {
-        followAll(x, share, field, tally);
-    }
-
-private:
-    using Paths_ = photic::Paths;
-
-    template <class Real>
-    void followAll(const std::array<double, 4>& x, double share, LobeTracks<Real>& field, PhotonTally& tally) const {
+    void follow(const std::array<double, 4>& x, double share, TrackSink& field, PhotonTally& tally) const override {
         const LightSample sample = light_.sample(x[2], x[3]);
         for (std::size_t p = 0; p < launches_.size(); ++p) {
             Photon photon = start(p, sample, x);
@@ -122,6 +109,9 @@ private:
             photons_.follow(*photons_.passes_[p], photon, field, tally);
         }
     }
+
+private:
+    using Paths_ = photic::Paths;
 
     /// Even over the part of the plane that a front would start from.
     Photon start(std::size_t pass, const LightSample& sample, const std::array<double, 4>& x) const {
@@ -220,8 +210,7 @@ double GradedPhotons::straightThrough(const Pass& pass, const Photon& photon, co
 
 /// Lays a photon's light on the chord from where it is to a place, and moves it there.
 /// @return false where an object ends it
-template <class Real>
-bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, LobeTracks<Real>& field,
+bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackSink& field,
                              PhotonTally& tally) const {
     const glm::dvec3 from = photon.ray.position, chord = to - from;
     double length = glm::length(chord);
@@ -252,8 +241,7 @@ bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& pho
     return !hit;
 }
 
-template <class Real>
-void GradedPhotons::follow(const Pass& pass, Photon photon, LobeTracks<Real>& field, PhotonTally& tally) const {
+void GradedPhotons::follow(const Pass& pass, Photon photon, TrackSink& field, PhotonTally& tally) const {
     const double voxel = std::min({voxel_.x, voxel_.y, voxel_.z});
     // Slanting light crosses the launch plane beside the space.
     if (!inside(photon.ray.position)) {

@@ -35,11 +35,8 @@ private:
     struct Photon;
     class Paths;
 
-    template <class Real>
-    void follow(const Pass& pass, Photon photon, LobeTracks<Real>& field, PhotonTally& tally) const;
-    template <class Real>
-    bool layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, LobeTracks<Real>& field,
-                  PhotonTally& tally) const;
+    void follow(const Pass& pass, Photon photon, TrackSink& field, PhotonTally& tally) const;
+    bool layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackSink& field, PhotonTally& tally) const;
     double straightThrough(const Pass& pass, const Photon& photon, const glm::ivec3& block) const;
     double distanceToSpace(const Photon& photon) const;
     bool inside(const glm::dvec3& world) const;

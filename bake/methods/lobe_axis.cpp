@@ -28,27 +28,12 @@ struct CellLight {
 };
 
 /// Sums the directions of tracks on coarse cells: what PhotonTracer tells it.
-class DirectionCells {
+class DirectionCells final : public TrackSink {
 public:
     explicit DirectionCells(const GridFrame& frame)
         : frame_(frame), cells_(static_cast<std::size_t>(kCellsASide) * kCellsASide * kCellsASide) {}
 
-    bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
-        const glm::dvec3 p = frame_.indexFromWorld(origin), d = frame_.indexDirection(direction);
-        begin = 0, end = 1e300;
-        for (int a = 0; a < 3; ++a) {
-            const double low = frame_.min[a] - 0.5, high = frame_.max[a] + 0.5;
-            if (d[a] == 0) {
-                if (p[a] < low || p[a] > high) return false;
-                continue;
-            }
-            const double t0 = (low - p[a]) / d[a], t1 = (high - p[a]) / d[a];
-            begin = std::max(begin, std::min(t0, t1)), end = std::min(end, std::max(t0, t1));
-        }
-        return begin < end;
-    }
-
-    DepositedTrack deposit(const Track& track) {
+    DepositedTrack deposit(const Track& track) override {
         const double length = track.end - track.begin;
         if (!(length > 0) || !std::isfinite(length)) return {};
         const double power = (track.power.x + track.power.y + track.power.z) / 3;

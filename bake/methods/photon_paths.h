@@ -3,8 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <glm/geometric.hpp>
-#include <optional>
 
 #include "bake/deposit/track_deposit.h"
 #include "bake/report/bake_report.h"
@@ -23,24 +21,6 @@ struct PhotonTally {
     }
 };
 
-/// Tells each track to the accumulator of its lobe.
-template <class Real>
-class LobeTracks {
-public:
-    /// @param lobes  one accumulator, or two, side by side
-    LobeTracks(TrackAccumulator<Real>* lobes, const std::optional<glm::dvec3>& axis) : lobes_(lobes), axis_(axis) {}
-    bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {
-        return lobes_->clip(origin, direction, begin, end);
-    }
-    DepositedTrack deposit(const Track& track) {
-        return lobes_[axis_ && glm::dot(track.direction, *axis_) < 0 ? 1 : 0].deposit(track);
-    }
-
-private:
-    TrackAccumulator<Real>* lobes_;
-    const std::optional<glm::dvec3>& axis_;
-};
-
 /// The paths of one light by one way into the scene, one for each point of the unit cube. Shared by all threads.
 class PhotonPaths {
 public:
@@ -51,10 +31,7 @@ public:
     virtual double estimatedPower() const = 0;
     /// Follows a path to its end.
     /// @param share  of the power of all paths that this one stands for
-    virtual void follow(const std::array<double, 4>& x, double share, LobeTracks<float>& field,
-                        PhotonTally& tally) const = 0;
-    virtual void follow(const std::array<double, 4>& x, double share, LobeTracks<double>& field,
-                        PhotonTally& tally) const = 0;
+    virtual void follow(const std::array<double, 4>& x, double share, TrackSink& field, PhotonTally& tally) const = 0;
 };
 
 }  // namespace photic

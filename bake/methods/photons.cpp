@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <mutex>
+#include <optional>
 
 #include "bake/deposit/track_deposit.h"
 #include "bake/methods/graded_photons.h"
@@ -37,24 +39,15 @@ public:
     SurfacePaths(PhotonLaunch launch, const PhotonTracer& tracer) : launch_(std::move(launch)), tracer_(tracer) {}
     int dimensions() const override { return launch_.dimensions(); }
     double estimatedPower() const override { return launch_.estimatedPower(); }
-    void follow(const std::array<double, 4>& x, double share, LobeTracks<float>& field,
-                PhotonTally& tally) const override {
-        followFrom(x, share, field, tally);
-    }
-    void follow(const std::array<double, 4>& x, double share, LobeTracks<double>& field,
-                PhotonTally& tally) const override {
-        followFrom(x, share, field, tally);
-    }
-
-private:
-    template <class Real>
-    void followFrom(const std::array<double, 4>& x, double share, LobeTracks<Real>& field, PhotonTally& tally) const {
+    void follow(const std::array<double, 4>& x, double share, TrackSink& field, PhotonTally& tally) const override {
         const PhotonStart start = launch_.start(x);
         if (channelMean(start.power) > 0)
             tracer_.follow(launch_.surface(), start, start.power * share, field, tally);
         else
             ++tally.turned_away;
     }
+
+private:
     PhotonLaunch launch_;
     const PhotonTracer& tracer_;
 };
@@ -121,6 +114,21 @@ void orderByTile(const PhotonPoints& points, std::uint64_t first, std::uint32_t 
     for (std::uint32_t i = 0; i < count; ++i) order[ends[tiles[i]]++] = i;
 }
 
+/// Tells each track to the accumulator of its lobe.
+template <class Real>
+class LobeTracks final : public TrackSink {
+public:
+    /// @param lobes  one accumulator, or two, side by side
+    LobeTracks(TrackAccumulator<Real>* lobes, const std::optional<glm::dvec3>& axis) : lobes_(lobes), axis_(axis) {}
+    DepositedTrack deposit(const Track& track) override {
+        return lobes_[axis_ && glm::dot(track.direction, *axis_) < 0 ? 1 : 0].deposit(track);
+    }
+
+private:
+    TrackAccumulator<Real>* lobes_;
+    const std::optional<glm::dvec3>& axis_;
+};
+
 /// All paths of one repetition.
 class ShiftRun {
 public:
@@ -132,8 +140,7 @@ public:
         }
     }
 
-    template <class Real>
-    PhotonTally run(int shift, LobeTracks<Real> field) {
+    PhotonTally run(int shift, TrackSink& field) {
         PhotonTally tally;
         std::vector<std::uint32_t> tiles, order;
         for (std::size_t j = 0; j < jobs_.size(); ++j) {
@@ -195,9 +202,8 @@ PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonOptions& options
     for (int first = 0; first < options.shifts; first += threads) {
         const int wave = std::min(threads, options.shifts - first);
         parallelFor(wave, [&](std::int64_t i) {
-            tallies[static_cast<std::size_t>(first + i)] =
-                shifts.run(first + static_cast<int>(i),
-                           LobeTracks<Real>(&scratch[static_cast<std::size_t>(i) * lobes], parts.axis));
+            LobeTracks<Real> tracks(&scratch[static_cast<std::size_t>(i) * lobes], parts.axis);
+            tallies[static_cast<std::size_t>(first + i)] = shifts.run(first + static_cast<int>(i), tracks);
         });
         statistics.fold(scratch, static_cast<std::size_t>(wave));
     }

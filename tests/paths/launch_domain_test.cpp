@@ -9,7 +9,6 @@
 #include <limits>
 #include <random>
 
-#include "bake/deposit/track_deposit.h"
 #include "bake/paths/specular_event.h"
 
 namespace photic {
@@ -63,8 +62,6 @@ struct Pool {
 
 /// Rectangle of all (u, v) whose light gets into the grid, by trying many.
 LaunchDomain byTrying(const Pool& s, double disc_deg) {
-    const NeededVoxels needed = NeededVoxels::everything(s.frame);
-    const TrackAccumulator<double> grid(needed, {1, false});
     LaunchDomain found;
     found.min = glm::dvec2(1e9), found.max = glm::dvec2(-1e9);
     std::mt19937_64 random(11);
@@ -81,7 +78,7 @@ LaunchDomain byTrying(const Pool& s, double disc_deg) {
                                                   s.scene.surfaces[0].ior_below, direction, normal, normal);
         for (int b = 0; b < event.count; ++b) {
             double from, to;
-            if (!grid.clip(p.position, event.branches[static_cast<std::size_t>(b)].direction, from, to)) continue;
+            if (!s.frame.clip(p.position, event.branches[static_cast<std::size_t>(b)].direction, from, to)) continue;
             found.min = glm::min(found.min, uv), found.max = glm::max(found.max, uv);
         }
     }
