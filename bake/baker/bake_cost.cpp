@@ -74,6 +74,12 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     return cost;
 }
 
+std::string wordsOf(const BakeCost& cost, double slower) {
+    const auto number = [](double v) { return v < 10 ? fmt::format("{:.2g}", v) : fmt::format("{:.0f}", v); };
+    return fmt::format("about {} MB and {} s", number(static_cast<double>(cost.file_bytes) * 1e-6),
+                       number(slower * cost.seconds()));
+}
+
 std::int64_t machineMemory() {
     std::int64_t bytes = static_cast<std::int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGE_SIZE);
     std::int64_t limit = 0;

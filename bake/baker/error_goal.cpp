@@ -60,9 +60,8 @@ std::string obstacle(const Scene& scene, const BakeChoices& choices, double slow
     const GridFrame frame = sceneFrame(scene);
     const NeededVoxels needed = sceneNeededVoxels(scene, frame, monitor);
     const BakeCost cost = bakeCost(scene, method, frame, &needed, choices);
-    const double seconds = slower * cost.seconds();
-    if (static_cast<double>(cost.file_bytes) > kMostBytes || seconds > kMostSeconds)
-        return fmt::format("about {:.3g} MB and {:.2g} s", static_cast<double>(cost.file_bytes) * 1e-6, seconds);
+    const bool too_much = static_cast<double>(cost.file_bytes) > kMostBytes || slower * cost.seconds() > kMostSeconds;
+    if (too_much) return wordsOf(cost, slower);
     return {};
 }
 

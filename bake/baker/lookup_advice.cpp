@@ -9,7 +9,6 @@
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
 #include "bake/report/error.h"
-#include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {

@@ -31,6 +31,7 @@ constexpr double kDearer = 4, kDearerOnWalls = 14;
 // wall, and is much the same from strip to strip.
 constexpr std::array<int, 8> kStrips{2, 5, 0, 7, 4, 1, 6, 3};
 constexpr std::size_t kFewestStrips = 2;
+constexpr double kTreeSecondsATriangle = 2e-6;
 constexpr std::size_t kMostReceivers = 4, kMostFaces = 4;  // the largest ones
 
 /// A flat part of a receiver: a plane's rectangle, or that around a triangle of a mesh.
@@ -190,6 +191,14 @@ std::vector<Receiver> receiversOf(const Scene& scene, double detail, const Volum
     return all;
 }
 
+std::size_t trianglesOf(const Scene& scene) {
+    std::size_t count = 0;
+    for (const Object& object : scene.objects)
+        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape))
+            count += (*mesh)->triangles.size();
+    return count;
+}
+
 /// Nobody looks behind a plane that stops light.
 bool isHidden(const Scene& scene, const std::string& name, const glm::dvec3& point, double margin) {
     for (const Object& object : scene.objects) {
@@ -209,15 +218,23 @@ PlaneTexels stripOf(const PlaneTexels& all, int number) {
     return strip;
 }
 
-/// The parts of a face that are looked at within a budget [s of one thread], which they are taken from; none where
-/// even few cost too much.
-/// @param at_least  what is looked at whatever it costs, where a few strips of a receiver cost little
-std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, double tolerance, std::size_t at_least,
-                                 double& budget) {
+/// What may be spent on a receiver.
+struct Allowance {
+    double seconds = 0;        ///< of one thread; what is spent is taken off
+    std::size_t at_least = 0;  ///< strips that are looked at whatever they cost
+};
+
+/// The parts of a face that are looked at; none where even few cost too much.
+std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, double tolerance,
+                                 Allowance& allowance) {
     // Meshes are launched whole for any part of a receiver, which takes longer than the bake; even to tell how much.
     const bool launched_whole = std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
                                             [](const Surface& s) { return s.height_field == nullptr; });
     if (launched_whole) return {};
+    // Each part builds the trees of all that casts shadows anew, and so does what tells the cost.
+    double& budget = allowance.seconds;
+    const double trees = kTreeSecondsATriangle * static_cast<double>(trianglesOf(scene));
+    if (trees > 0 && 2 * trees > budget) return {};
     const double whole =
         (std::fabs(texels.normal.z) > 0.7 ? kDearer : kDearerOnWalls) * planeLightSeconds(scene, texels, tolerance);
     if (whole <= budget) {
@@ -225,7 +242,7 @@ std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, 
         return {texels};
     }
     auto strips = std::min(static_cast<std::size_t>(budget / whole * double(kStrips.size())), kStrips.size());
-    if (strips < kFewestStrips) strips = at_least;
+    if (strips < kFewestStrips) strips = allowance.at_least;
     budget = std::max(0.0, budget - whole * static_cast<double>(strips) / double(kStrips.size()));
     std::vector<PlaneTexels> parts;
     for (std::size_t i = 0; i < strips; ++i) {
@@ -348,15 +365,14 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
         std::vector<ReceiverPatch> patches;
         double side = 0;
         // What one does not take is the others'.
-        double share = budget / static_cast<double>(receivers.size() - r);
-        budget -= share;
+        Allowance share{budget / static_cast<double>(receivers.size() - r), 0};
+        budget -= share.seconds;
         for (const Face& face : receiver.faces) {
             side = face.texels.side();
             const double limit = std::max(tolerance, 0.25 * side);
-            const std::size_t at_least = measured.errors.empty() && patches.empty() ? kFewestStrips : 0;
-            const std::vector<PlaneTexels> parts = how == Measure::Wholly
-                                                       ? std::vector<PlaneTexels>{face.texels}
-                                                       : partsOf(scene, face.texels, limit, at_least, share);
+            share.at_least = measured.errors.empty() && patches.empty() ? kFewestStrips : 0;
+            const std::vector<PlaneTexels> parts = how == Measure::Wholly ? std::vector<PlaneTexels>{face.texels}
+                                                                          : partsOf(scene, face.texels, limit, share);
             for (const PlaneTexels& part : parts) {
                 monitor.checkCancelled();
                 ReceiverPatch patch{part.columns, part.rows, planeIrradiance(scene, part, limit, monitor), {}};
@@ -364,7 +380,7 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
                 patches.push_back(std::move(patch));
             }
         }
-        budget += share;
+        budget += share.seconds;
         if (patches.empty()) left_out.push_back(receiver.name);
         const Sums sums = sumsOf(patches);
         if (!(sums.light > 0)) continue;

@@ -239,6 +239,9 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
         static_cast<double>(cost.leaves), static_cast<double>(cost.memory_bytes) * 1e-6,
         fits ? "" : " (more than there is: it would be refused)", static_cast<double>(cost.file_bytes) * 1e-6, seconds,
         frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    if (scene.bake.error)
+        terminal.say(fmt::format("  that is for voxels of {:.3g} mm; the bake chooses its own for an error of {:g} %",
+                                 1000 * scene.domain.voxel_size, 100 * *scene.bake.error));
     if (!cost.dearest.empty()) terminal.say("  " + cost.dearest);
     if (arguments.json) {
         print({{"schema", "photic-estimate-1"},
