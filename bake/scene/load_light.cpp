@@ -114,7 +114,9 @@ void aimLight(Light& light, const glm::dvec3& center, const std::string& name) {
 
 Light loadLight(const ConfigValue& value, std::size_t number) {
     std::vector<std::string> known{"name", "type"};
-    for (const auto& keys : kKeys) known.insert(known.end(), keys.begin(), keys.end());
+    for (const auto& keys : kKeys)
+        for (const std::string& key : keys)
+            if (std::find(known.begin(), known.end(), key) == known.end()) known.push_back(key);
     const TableReader table(value, "[[light]]", known, {"temperature", "spread", "shape"});
     const auto type = table.choice("type", kTypes);
     if (!type) table.missing("type", "\"sun\"");

@@ -50,6 +50,9 @@ TEST_F(Refusals, UnknownKeysEverywhere) {
     refusedRest("[[object]]\nplane = { point = [0,0,0], norml = [0,0,1] }\n", "s.toml:14:28", {"'norml'", "'normal'"});
     refusedRest("[bake]\ntolerence = 1\n", "s.toml:14:1", {"'tolerence' in [bake]", "'tolerance'"});
     refusedRest("[bake]\nxyzzy = 1\n", "s.toml:14:1", {"known: method, grids"});
+    refusedLight("type = \"sun\"\nxyzzy = 3", "s.toml:8:1",
+                 {"known: name, type, direction, irradiance, angular_diameter, position, power, angle, blend, center, "
+                  "size, tangent, samples"});
     refusedSurface("size = [4, 4]\nwaves = [{ amplitude = 1, wavelenght = 2 }]", "s.toml:11:27",
                    {"'wavelenght' in a wave", "'wavelength'"});
     refusedSurface("size = [4, 4]\nbump = { hight = 1 }", "s.toml:11:10", {"'hight' in 'bump'", "'height'"});
