@@ -14,6 +14,7 @@
 #include "bake/baker/game_budget.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/export_error.h"
+#include "bake/cli/export_index.h"
 #include "bake/cli/export_usd.h"
 #include "bake/cli/export_web.h"
 #include "bake/cli/json.h"
@@ -175,14 +176,15 @@ std::vector<WebFrame> webFrames(const Survey& survey) {
 }
 
 /// A file format for other programs: how it is called, and what the command line may say about it.
-enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas, Web, L1, Usd };
+enum class Format { Nvdb, Ktx2, Dds, UnityVf, SliceAtlas, Web, L1, Usd, Ivol };
 struct FormatRow {
     Format format;
     const char *extension, *name;
 };
 constexpr FormatRow kFormats[] = {{Format::Nvdb, ".nvdb", "nvdb"},       {Format::Ktx2, ".ktx2", "ktx2"},
                                   {Format::Dds, ".dds", "dds"},          {Format::UnityVf, ".vf", "vf"},
-                                  {Format::SliceAtlas, ".exr", "atlas"}, {Format::Usd, ".usda", "usda"}};
+                                  {Format::SliceAtlas, ".exr", "atlas"}, {Format::Usd, ".usda", "usda"},
+                                  {Format::Ivol, ".ivol", "ivol"}};
 constexpr FormatRow kL1Formats[] = {{Format::L1, ".dds", "l1"}, {Format::L1, ".ktx2", "l1"}};
 
 constexpr FormatRow kWebFormat{Format::Web, ".js", "web"};
@@ -316,6 +318,7 @@ Written write(const ExportArguments& arguments, Format format, OutputSet& output
         }
         case Format::Web:
         case Format::Usd:
+        case Format::Ivol:
         case Format::Nvdb:
             break;
     }
@@ -357,6 +360,9 @@ Json reported(const std::string& volume, const Written& written, const ExportArg
 
 int run(const ExportArguments& given, Terminal& terminal) {
     const FormatRow& format = formatOf(given);
+    if (format.format == Format::Ivol) return exportIndex(given, terminal);
+    if (given.voxel_size)
+        throw Error(ErrorCode::Usage, "is for an .ivol; light volumes keep their voxels", "--voxel-size");
     ExportArguments arguments = given;
     if (format.format == Format::Web) arguments.output = WebExport::frameFiles(given.web);
     checkOptions(arguments, format);

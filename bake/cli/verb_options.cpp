@@ -235,12 +235,13 @@ void bindPicture(CLI::App& app, PictureArguments& a) {
 }
 
 void bindExport(CLI::App& app, ExportArguments& a) {
-    value(app.add_option("VOLUME", a.volumes, "Light volume (.vdb); several are frames, laid out alike"), "FILE")
+    value(app.add_option("VOLUME", a.volumes,
+                         "Light volume (.vdb); several are frames, laid out alike; or, for an .ivol, a scene (.toml)"),
+          "FILE")
         ->required();
     value(app.add_option("-o,--output", a.output,
-                         "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf, .exr or .usda. #### is "
-                         "the frame of a "
-                         "volume"),
+                         "File to write; its extension is the format: .nvdb, .ktx2, .dds, .vf, .exr or .usda, and "
+                         ".ivol of a scene's media whose index varies. #### is the frame of a volume"),
           "FILE");
     value(app.add_option("--web", a.web,
                          "Folder for a page that shows the volume in a browser, instead of -o; wants --scene"),
@@ -277,6 +278,10 @@ void bindExport(CLI::App& app, ExportArguments& a) {
                          "Of .ktx2, .dds, .vf and .exr: corners [m] of what they hold, instead of the voxels with "
                          "light; written --box=-1,-1,-2,1,1,0"),
           "X,Y,Z,X,Y,Z");
+    auto* voxel_size =
+        app.add_option("--voxel-size", a.voxel_size, "Of an .ivol: of formulas' samples [m] (default: the scene's)");
+    value(voxel_size, "M");
+    positive(voxel_size);
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 

@@ -92,6 +92,7 @@ struct ExportArguments {
     std::string box;                  ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
     /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.
     std::vector<std::string> sequence;
+    std::optional<double> voxel_size;  ///< [m] of formulas in an .ivol; absent: the scene's
     bool json = false;
 };
 

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
+#include "bake/graded/voxel_mean.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
@@ -94,22 +95,11 @@ double GradedMedia::halfSquare(const glm::dvec3& world, int channel) const {
 }
 
 double GradedMedia::halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3& voxel, int channel) const {
-    // Samples of a kink at a rim scatter, and made 3.5 % of noise in the light of a Luneburg lens at any resolution,
-    // where means leave 0.1 %.
-    const int object = at(middle, channel);
-    bool alike = true;
-    for (int corner = 0; corner < 8 && alike; ++corner) {
-        const glm::dvec3 way(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
-        alike = at(middle + way * voxel, channel) == object;
-    }
-    if (alike) return halfSquare(middle, channel);
-    constexpr int kPoints = 4;
-    double sum = 0;
-    for (int i = 0; i < kPoints * kPoints * kPoints; ++i) {
-        const glm::dvec3 part(i % kPoints, i / kPoints % kPoints, i / (kPoints * kPoints));
-        sum += halfSquare(middle + ((part + 0.5) / double(kPoints) - 0.5) * voxel, channel);
-    }
-    return sum / (kPoints * kPoints * kPoints);
+    glm::dmat3 axes(1);
+    for (int a = 0; a < 3; ++a) axes[a] *= voxel[a];
+    return meanAcrossRims(
+        middle, axes, [&](const glm::dvec3& world) { return at(world, channel); },
+        [&](const glm::dvec3& world) { return halfSquare(world, channel); });
 }
 
 double GradedMedia::contrast(const GridFrame& frame) const {

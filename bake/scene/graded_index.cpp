@@ -194,6 +194,10 @@ public:
         return volume_->holds(s);
     }
     std::optional<WorldBox> bounds() const override { return bounds_; }
+    std::optional<SamplePlaces> samples() const override {
+        return SamplePlaces{glm::inverse(sample_from_shape_ * shape_from_world_),
+                            position_ + glm::inverse(shape_from_world_) * first_, volume_->size()};
+    }
 
 private:
     double halfSquare(const glm::dvec3& world) const {

@@ -26,6 +26,13 @@ struct IndexSample {
     glm::dvec3 gradient{0};    ///< of n^2 / 2 [1/m], world
 };
 
+/// A grid of samples in the world: sample (i, j, k) is at origin_world + world_from_sample * (i, j, k).
+struct SamplePlaces {
+    glm::dmat3 world_from_sample{1};
+    glm::dvec3 origin_world{0};  ///< [m]
+    glm::ivec3 size{0};
+};
+
 /// A refractive index that varies in space: an object of its own, placed in the world, with air (1) around it.
 class GradedIndex {
 public:
@@ -37,6 +44,8 @@ public:
     virtual bool contains(const glm::dvec3& world) const = 0;
     /// What holds the object; nothing for one that fills the world.
     virtual std::optional<WorldBox> bounds() const = 0;
+    /// Where it is known, of an index that was sampled; nothing for a formula.
+    virtual std::optional<SamplePlaces> samples() const { return {}; }
     double indexAt(const glm::dvec3& world) const;
 };
 

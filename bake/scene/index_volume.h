@@ -26,6 +26,8 @@ struct GradedObject {
     double anisotropy = 0;                    ///< Henyey-Greenstein g, -1..1
     /// What absorbs instead of `absorption`; null where that is the same everywhere.
     std::shared_ptr<const AbsorptionVolume> absorption_volume{};
+    /// Of light by itself [W/(m3 sr)], where the object is. Eye rays see it; no bake lights a scene with it.
+    glm::dvec3 emission{0};
     glm::dvec3 extinction() const { return absorption + scattering; }
     bool attenuates() const { return absorption_volume || extinction() != glm::dvec3(0); }
     bool coloured() const {

@@ -101,13 +101,14 @@ void addGraded(const TableReader& table, const Medium& medium, LoadContext& cont
         volume = loadAbsorptionVolume(*absorption, context);
     context.graded.push_back({medium.name, medium.where, loadGradedIndex(*table.find("index"), context),
                               medium.absorption, medium.scattering, medium.anisotropy, std::move(volume)});
+    context.graded.back().emission = table.colour("emission", notNegative("W/(m3 sr)")).value_or(glm::dvec3(0));
 }
 
 void loadNamed(const ConfigValue& value, LoadContext& context) {
-    std::vector<std::string> known{"name", "priority", "index", "absorption_volume"};
+    std::vector<std::string> known{"name", "priority", "index", "absorption_volume", "emission"};
     known.insert(known.end(), kCoefficientKeys.begin(), kCoefficientKeys.end());
     known.insert(known.end(), kIndexKeys.begin(), kIndexKeys.end());
-    const TableReader table(value, "[[medium]]", known, {"emission", "phase", "density", "anisotropy_volume"});
+    const TableReader table(value, "[[medium]]", known, {"phase", "density", "anisotropy_volume"});
     Medium medium;
     const auto name = table.text("name");
     if (!name) table.missing("name", "\"glass\", or write [medium] for the water alone");
@@ -124,6 +125,10 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
         table.fail("absorption_volume",
                    "'absorption_volume' is for a medium with an 'index' of its own; give "
                    "'absorption', one value or three, to what lies between surfaces");
+    if (table.has("emission"))
+        table.fail("emission",
+                   "'emission' is for a medium with an 'index' of its own; what lies between surfaces does "
+                   "not shine");
     const auto index = loadRefractiveIndex(table);
     if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;

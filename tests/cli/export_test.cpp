@@ -55,6 +55,48 @@ TEST(Export, WritesEveryFormatAndSaysWhat) {
     EXPECT_LT(std::filesystem::file_size(place / "z.nvdb"), std::filesystem::file_size(place / "a.nvdb"));
 }
 
+TEST(Export, WritesAScenesIndexForGames) {
+    const Workplace place;
+    place.write("lens.toml", R"(photic = 1
+[domain]
+min = [-1, -1, -1]
+max = [1, 1, 1]
+voxel_size = 0.05
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+irradiance = 1000
+[[medium]]
+name = "lens"
+index = { kind = "luneburg", radius = 0.8 }
+absorption = [0.1, 0.2, 0.3]
+emission = 5
+)");
+    const Outcome outcome = photic(place, {"export", "lens.toml", "-o", "lens.ivol", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto document = outcome.json();
+    EXPECT_EQ(schemaBreaches(document, "export.md"), Strings{});
+    EXPECT_EQ(document["format"], "ivol");
+    EXPECT_EQ(document["frames"][0]["size"], (nlohmann::json{41, 41, 41}));
+    // Header, object, spline, attenuation, emission.
+    EXPECT_EQ(place.read("lens.ivol").size(), 288U + 41 * 41 * 41 * 4 + 12 + 2 * (41 * 41 * 41 * 8) + 8);
+    EXPECT_NE(outcome.err.find("no faces"), std::string::npos) << outcome.err;
+    ASSERT_EQ(photic(place, {"export", "lens.toml", "-o", "fine.ivol", "--voxel-size", "0.025"}).code, 0);
+    EXPECT_GT(place.read("fine.ivol").size(), 4 * place.read("lens.ivol").size());
+    for (const Strings& wrong :
+         {Strings{"lens.toml", "-o", "b.ivol", "--budget", "4"}, Strings{"lens.vdb", "-o", "b.ivol"},
+          Strings{"lens.toml", "lens.toml", "-o", "b.ivol"}}) {
+        Strings all{"export"};
+        all.insert(all.end(), wrong.begin(), wrong.end());
+        EXPECT_EQ(photic(place, all).code, 2) << wrong.back();
+    }
+    place.write("pool.toml", PoolText().text());
+    const Outcome none = photic(place, {"export", "pool.toml", "-o", "b.ivol"});
+    EXPECT_EQ(none.code, 3);
+    EXPECT_NE(none.err.find("no [[medium]]"), std::string::npos) << none.err;
+    EXPECT_FALSE(place.has("b.ivol"));
+}
+
 /// The values of an attribute in a layer of USD: what follows its `=`, a line each.
 Strings attributes(const std::string& layer, const std::string& name) {
     Strings values;

@@ -100,7 +100,7 @@ const Arrows& arrows() {
                                                                               // stored; picture: its look-ups
         {"web",
          {"picture", "file", "scene", "field"}},  // picture: what of a receiver lies in the domain, and from where
-        {"cli", {"baker", "methods", "scene", "field", "file", "picture", "web", "image"}},
+        {"cli", {"baker", "methods", "scene", "graded", "field", "file", "picture", "web", "image"}},
     };
     return table;
 }

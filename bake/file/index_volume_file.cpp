@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/file/index_volume_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "bake/volume/half_floats.h"
+#include "runtime/format/index_volume_format.h"
+#include "runtime/format/light_volume_format.h"
+
+namespace photic {
+namespace {
+
+template <class Number>
+void put(std::string& bytes, std::size_t at, Number value) {
+    std::memcpy(bytes.data() + at, &value, sizeof(value));
+}
+
+/// Appends an array at the next place that is aligned. @return that place
+std::uint64_t append(std::string& bytes, const void* from, std::size_t size) {
+    bytes.resize((bytes.size() + format::kIndexAlignment - 1) / format::kIndexAlignment * format::kIndexAlignment, 0);
+    const std::uint64_t at = bytes.size();
+    bytes.append(static_cast<const char*>(from), size);
+    return at;
+}
+
+std::uint64_t appendHalves(std::string& bytes, const std::vector<glm::vec4>& values) {
+    std::vector<float> floats;
+    floats.reserve(4 * values.size());
+    for (const glm::vec4& v : values)
+        for (int c = 0; c < 4; ++c) floats.push_back(std::clamp(v[c], -format::kLargest, format::kLargest));
+    std::vector<std::uint16_t> halves(floats.size());
+    halfConversion().toHalf(floats.data(), floats.size(), halves.data());
+    return append(bytes, halves.data(), halves.size() * sizeof(std::uint16_t));
+}
+
+void putHeader(std::string& bytes, std::size_t at, const IndexVolumeObject& object) {
+    std::memcpy(bytes.data() + at + format::kIndexNameAt, object.name.data(),
+                std::min<std::size_t>(object.name.size(), format::kIndexNameSize - 1));
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
+            put(bytes, at + format::kIndexWorldFromNodeAt + 8 * static_cast<std::size_t>(4 * row + column),
+                column < 3 ? object.world_from_node[column][row] : object.origin_world[row]);
+    for (int a = 0; a < 3; ++a) {
+        const auto place = static_cast<std::size_t>(4 * a);
+        put(bytes, at + format::kIndexNodesAt + place, static_cast<std::uint32_t>(object.count[a]));
+        put(bytes, at + format::kIndexScatteringAt + place, static_cast<float>(object.scattering[a]));
+        put(bytes, at + format::kIndexBoxAt + place, object.box_low[a]);
+        put(bytes, at + format::kIndexBoxAt + 12 + place, object.box_high[a]);
+    }
+    put(bytes, at + format::kIndexChannelsAt, static_cast<std::uint32_t>(object.spline.size()));
+    put(bytes, at + format::kIndexFlagsAt, std::uint32_t{object.sharp_sides ? format::kIndexSharpSides : 0u});
+    put(bytes, at + format::kIndexAnisotropyAt, static_cast<float>(object.anisotropy));
+}
+
+}  // namespace
+
+std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
+    std::string bytes(format::kIndexFileHeader + format::kIndexObjectHeader * objects.size(), '\0');
+    std::memcpy(bytes.data(), format::kIndexMagic, 8);
+    put(bytes, format::kIndexVersionAt, std::uint32_t{format::kIndexVersion});
+    put(bytes, format::kIndexObjectsAt, static_cast<std::uint32_t>(objects.size()));
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+        const IndexVolumeObject& object = objects[i];
+        const std::size_t at = format::kIndexFileHeader + format::kIndexObjectHeader * i;
+        putHeader(bytes, at, object);
+        std::vector<float> all;
+        for (const auto& channel : object.spline) all.insert(all.end(), channel.begin(), channel.end());
+        std::array<std::uint64_t, 4> offsets{};
+        offsets[format::kIndexSpline] = append(bytes, all.data(), all.size() * sizeof(float));
+        if (!object.attenuation.empty()) offsets[format::kIndexAttenuation] = appendHalves(bytes, object.attenuation);
+        if (!object.glow.empty()) offsets[format::kIndexGlow] = appendHalves(bytes, object.glow);
+        if (!object.faces.empty())
+            offsets[format::kIndexFaces] = append(bytes, object.faces.data(), object.faces.size());
+        for (std::size_t k = 0; k < offsets.size(); ++k) put(bytes, at + format::kIndexOffsetsAt + 8 * k, offsets[k]);
+    }
+    put(bytes, format::kIndexFileSizeAt, static_cast<std::uint64_t>(bytes.size()));
+    return bytes;
+}
+
+}  // namespace photic

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <string>
+#include <vector>
+
+namespace photic {
+
+/// One object of a file of index volumes (docs/index_volumes.md). Node (i, j, k) is at
+/// origin_world + world_from_node * (i, j, k); arrays have x fastest and a value for each node.
+struct IndexVolumeObject {
+    std::string name;  ///< cut to 63 bytes
+    glm::dmat3 world_from_node{1};
+    glm::dvec3 origin_world{0};              ///< [m]
+    glm::ivec3 count{0};                     ///< nodes
+    std::vector<std::vector<float>> spline;  ///< one, or red, green and blue: coefficients of (n^2 - 1) / 2
+    std::vector<glm::vec4> attenuation;      ///< absorption [1/m], how much is there; may be empty
+    std::vector<glm::vec4> glow;             ///< emission [W/(m3 sr)], g; may be empty
+    std::vector<std::uint8_t> faces;         ///< 255 around faces; may be empty
+    glm::dvec3 scattering{0};                ///< [1/m]
+    double anisotropy = 0;                   ///< g
+    glm::vec3 box_low{0}, box_high{0};       ///< where the object is, in nodes
+    bool sharp_sides = false;
+};
+
+/// The file's bytes. Halves are cut to 65504.
+std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects);
+
+}  // namespace photic

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bake/graded/object_samples.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "bake/graded/voxel_mean.h"
+#include "bake/report/error.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+namespace {
+
+constexpr int kMargin = 4;  // nodes around the object: what a spline reaches, and faces
+
+std::size_t flat(const glm::ivec3& count, const glm::ivec3& p) {
+    return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(count.y) + static_cast<std::size_t>(p.y)) *
+               static_cast<std::size_t>(count.x) +
+           static_cast<std::size_t>(p.x);
+}
+
+/// Calls visit(node, its place in arrays) for all nodes, layer by layer on all threads.
+template <class Visit>
+void forEachNode(const glm::ivec3& count, Monitor& monitor, const Visit& visit) {
+    parallelFor(count.z, [&](std::int64_t layer) {
+        monitor.checkCancelled();
+        const int z = static_cast<int>(layer);
+        for (int y = 0; y < count.y; ++y)
+            for (int x = 0; x < count.x; ++x) visit(glm::ivec3(x, y, z), flat(count, {x, y, z}));
+    });
+}
+
+/// Whether an object fills its whole box, so that its index may jump at the box's sides.
+bool fillsBox(const GradedIndex& index, const WorldBox& box) {
+    const glm::dvec3 middle = 0.5 * (box.min + box.max);
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 at(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                            corner & 4 ? box.max.z : box.min.z);
+        if (!index.contains(middle + 0.999 * (at - middle))) return false;
+    }
+    return true;
+}
+
+class Sampler {
+public:
+    Sampler(const std::vector<GradedObject>& objects, std::size_t number, const ObjectSampling& sampling,
+            Monitor& monitor)
+        : objects_(objects),
+          number_(number),
+          object_(objects[number]),
+          sampling_(sampling),
+          monitor_(monitor),
+          first_(*object_.index.front()) {}
+
+    ObjectSamples sample() {
+        layNodes();
+        for (const auto& index : object_.index) addSpline(*index);
+        layMedium();
+        layFaces();
+        return std::move(out_);
+    }
+
+private:
+    glm::dvec3 place(const glm::dvec3& node) const { return out_.origin_world + out_.world_from_node * node; }
+
+    /// The grid, and the box that the object is in.
+    void layNodes() {
+        const auto samples = first_.samples();
+        if (samples) {
+            out_.world_from_node = samples->world_from_sample;
+            out_.origin_world = samples->origin_world + out_.world_from_node * glm::dvec3(-kMargin);
+            out_.count = samples->size + 2 * kMargin;
+            whole_ = fillsBox(first_, *first_.bounds());
+            low_ = glm::dvec3(kMargin - 0.5), high_ = glm::dvec3(samples->size + kMargin) - 0.5;
+        } else {
+            const WorldBox box = first_.bounds().value_or(sampling_.domain);
+            whole_ = !first_.bounds() || fillsBox(first_, box);
+            const glm::dvec3 size = (box.max - box.min) / sampling_.voxel_size;
+            const glm::dvec3 nodes = glm::ceil(size) + 1.0 + 2.0 * kMargin;
+            requireFew(nodes);
+            out_.world_from_node = glm::dmat3(sampling_.voxel_size);
+            out_.count = glm::ivec3(nodes);
+            low_ = 0.5 * (glm::dvec3(out_.count - 1) - size), high_ = low_ + size;
+            out_.origin_world = box.min - sampling_.voxel_size * low_;
+        }
+        requireFew(glm::dvec3(out_.count));
+    }
+
+    void requireFew(const glm::dvec3& nodes) const {
+        constexpr double kMostASide = 2048;  // of textures
+        const double most = static_cast<double>(sampling_.most_nodes);
+        if (std::max({nodes.x, nodes.y, nodes.z}) <= kMostASide && nodes.x * nodes.y * nodes.z <= most) return;
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("the medium '{}' would take {:.0f} x {:.0f} x {:.0f} samples of its index; up to 2048 a "
+                        "side and {:.0f} in all are written: use larger voxels",
+                        object_.name, nodes.x, nodes.y, nodes.z, most),
+            object_.where);
+    }
+
+    /// (n^2 - 1) / 2 of the object at a place where no earlier one is.
+    double excessAt(const GradedIndex& index, const glm::dvec3& world) const {
+        for (std::size_t i = 0; i < number_; ++i)
+            if (objects_[i].index.front()->contains(world)) return 0;
+        return index.halfSquareAt(world) - 0.5;
+    }
+
+    /// The same of a node. Beyond sides where the index may jump it goes on in a straight line, as the spline inside
+    /// would have it.
+    double excessOfNode(const GradedIndex& index, const glm::ivec3& node) const {
+        const glm::dvec3 at(node);
+        if (whole_) {
+            constexpr double kInside = 1e-9;
+            const glm::dvec3 rim = glm::clamp(at, low_ + kInside, high_ - kInside);
+            if (rim != at) {
+                const glm::dvec3 mirrored = glm::clamp(2.0 * rim - at, low_ + kInside, high_ - kInside);
+                return 2 * excessAt(index, place(rim)) - excessAt(index, place(mirrored));
+            }
+            return excessAt(index, place(at));
+        }
+        if (first_.samples()) return excessAt(index, place(at));
+        return meanAcrossRims(
+            place(at), out_.world_from_node, [&](const glm::dvec3& world) { return index.contains(world); },
+            [&](const glm::dvec3& world) { return excessAt(index, world); });
+    }
+
+    void addSpline(const GradedIndex& index) {
+        std::vector<double> excess(flat(out_.count, {0, 0, out_.count.z}));
+        forEachNode(out_.count, monitor_,
+                    [&](const glm::ivec3& node, std::size_t i) { excess[i] = excessOfNode(index, node); });
+        double most = 0;
+        for (const double e : excess) most = std::max(most, std::fabs(e));
+        // The spline is fitted in single precision around 1/2: a faint index, as of hot air, is made strong for it.
+        double scale = 1;
+        while (most > 0 && most * scale < 0.125) scale *= 2;
+        SplineIndex::Nodes nodes;
+        nodes.count = out_.count;
+        const SplineFit fit = out_.spline.empty() ? SplineFit::Auto : out_.fit;
+        const SplineIndex spline(
+            nodes,
+            [&](const glm::dvec3& p) { return 0.5 + scale * excess[flat(out_.count, glm::ivec3(glm::round(p)))]; },
+            whole_ && fit == SplineFit::Auto ? SplineFit::Through : fit);
+        if (out_.spline.empty()) out_.fit = spline.fit(), samples_ = std::move(excess);
+        // What is less than single precision around 1/2 is nothing.
+        constexpr float kNothing = 1.2e-7f;
+        std::vector<float> coefficients(samples_.size());
+        for (std::size_t i = 0; i < coefficients.size(); ++i) {
+            const float e = spline.coefficients()[i] - 0.5f;
+            coefficients[i] = std::fabs(e) <= kNothing ? 0.0f : e / static_cast<float>(scale);
+        }
+        out_.spline.push_back(std::move(coefficients));
+    }
+
+    void layMedium() {
+        constexpr double kJump = 1e-6;
+        double rim = 0;
+        for (std::size_t i = 0; whole_ && i < samples_.size(); ++i) rim = std::max(rim, std::fabs(samples_[i]));
+        out_.sharp_sides = whole_ && rim > kJump;
+        out_.box_low = out_.sharp_sides ? glm::vec3(low_) : glm::vec3(1);
+        out_.box_high = out_.sharp_sides ? glm::vec3(high_) : glm::vec3(out_.count - 2);
+        if (object_.attenuates()) out_.attenuation.assign(samples_.size(), glm::vec4(0));
+        if (object_.emission != glm::dvec3(0)) out_.glow.assign(samples_.size(), glm::vec4(0));
+        if (out_.attenuation.empty() && out_.glow.empty()) return;
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            glm::dvec3 at(node);
+            if (whole_) at = glm::clamp(at, low_ + 1e-9, high_ - 1e-9);
+            const double presence = meanAcrossRims(
+                place(at), whole_ ? glm::dmat3(0) : out_.world_from_node,
+                [&](const glm::dvec3& world) { return isThere(world); },
+                [&](const glm::dvec3& world) { return isThere(world) ? 1.0 : 0.0; });
+            const glm::dvec3 absorption =
+                object_.absorption_volume ? object_.absorption_volume->at(place(at)) : object_.absorption * presence;
+            if (!out_.attenuation.empty())
+                out_.attenuation[i] = glm::vec4(glm::vec3(absorption), static_cast<float>(presence));
+            if (!out_.glow.empty())
+                out_.glow[i] =
+                    glm::vec4(glm::vec3(object_.emission * presence), static_cast<float>(object_.anisotropy));
+        });
+    }
+    bool isThere(const glm::dvec3& world) const {
+        for (std::size_t i = 0; i < number_; ++i)
+            if (objects_[i].index.front()->contains(world)) return false;
+        return first_.contains(world);
+    }
+
+    /// n at a place between nodes, as the samples have it.
+    double indexBetween(const glm::dvec3& node) const {
+        const glm::dvec3 inside = glm::clamp(node, glm::dvec3(0), glm::dvec3(out_.count - 1) - 1e-6);
+        const glm::ivec3 low(inside);
+        const glm::dvec3 t = inside - glm::dvec3(low);
+        double sum = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
+            double weight = 1;
+            for (int a = 0; a < 3; ++a) weight *= step[a] ? t[a] : 1 - t[a];
+            sum += weight * samples_[flat(out_.count, low + step)];
+        }
+        return std::sqrt(std::max(0.0, 1 + 2 * sum));
+    }
+
+    bool isFace(const glm::ivec3& node) const {
+        constexpr double kLeastJump = 0.003, kShare = 0.7, kNear = 2, kFar = 6;  // nodes
+        glm::dvec3 slope;
+        for (int a = 0; a < 3; ++a) {
+            glm::ivec3 ahead = node, behind = node;
+            ahead[a] = std::min(node[a] + 1, out_.count[a] - 1), behind[a] = std::max(node[a] - 1, 0);
+            slope[a] = samples_[flat(out_.count, ahead)] - samples_[flat(out_.count, behind)];
+        }
+        const double length = glm::length(slope);
+        if (!(length > 1e-4)) return false;
+        const glm::dvec3 normal = slope / length, at(node);
+        const double near = indexBetween(at + kNear * normal) - indexBetween(at - kNear * normal),
+                     far = indexBetween(at + kFar * normal) - indexBetween(at - kFar * normal);
+        return near > kLeastJump && near > kShare * far;
+    }
+
+    void layFaces() {
+        std::vector<std::uint8_t> face(samples_.size(), 0);
+        if (!out_.sharp_sides)
+            forEachNode(out_.count, monitor_,
+                        [&](const glm::ivec3& node, std::size_t i) { face[i] = isFace(node) ? 255 : 0; });
+        out_.faces.assign(samples_.size(), 0);
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
+            for (int z = low.z; z <= high.z; ++z)
+                for (int y = low.y; y <= high.y; ++y)
+                    for (int x = low.x; x <= high.x; ++x)
+                        out_.faces[i] = std::max(out_.faces[i], face[flat(out_.count, {x, y, z})]);
+        });
+        if (std::count(out_.faces.begin(), out_.faces.end(), 255) == 0) out_.faces.clear();
+    }
+
+    const std::vector<GradedObject>& objects_;
+    std::size_t number_;
+    const GradedObject& object_;
+    const ObjectSampling& sampling_;
+    Monitor& monitor_;
+    const GradedIndex& first_;
+    ObjectSamples out_;
+    std::vector<double> samples_;  // (n^2 - 1) / 2 of the first index
+    glm::dvec3 low_{0}, high_{0};  // of the object, in nodes
+    bool whole_ = false;           // it fills its box
+};
+
+}  // namespace
+
+ObjectSamples sampleObject(const std::vector<GradedObject>& objects, std::size_t number, const ObjectSampling& sampling,
+                           Monitor& monitor) {
+    return Sampler(objects, number, sampling, monitor).sample();
+}
+
+}  // namespace photic

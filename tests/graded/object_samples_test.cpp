@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// What games get of a graded object: its index, where its faces are, and what it does to light.
+#include "bake/graded/object_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "bake/graded/spline_index.h"
+#include "bake/report/error.h"
+#include "bake/scene/graded_index.h"
+
+namespace photic {
+namespace {
+
+GradedObject objectOf(std::shared_ptr<const GradedIndex> index) {
+    GradedObject object;
+    object.name = "object";
+    object.index = {std::move(index)};
+    return object;
+}
+
+ObjectSamples sampled(const GradedObject& object, double voxel = 1.0 / 32) {
+    Monitor monitor;
+    return sampleObject({object}, 0, {voxel, {glm::dvec3(-1), glm::dvec3(1)}}, monitor);
+}
+
+/// The spline that was written, at a place in the world.
+double excessAt(const ObjectSamples& s, const glm::dvec3& world) {
+    const glm::dvec3 node = glm::inverse(s.world_from_node) * (world - s.origin_world);
+    const glm::ivec3 cell(glm::floor(node));
+    const CubicWeights w[3] = {cubicBSpline(node.x - cell.x), cubicBSpline(node.y - cell.y),
+                               cubicBSpline(node.z - cell.z)};
+    double sum = 0;
+    for (int i = 0; i < 64; ++i) {
+        const glm::ivec3 d(i & 3, i >> 2 & 3, i >> 4), p = cell - 1 + d;
+        sum +=
+            w[0].value[d.x] * w[1].value[d.y] * w[2].value[d.z] *
+            double(s.spline[0][(std::size_t(p.z) * std::size_t(s.count.y) + std::size_t(p.y)) * std::size_t(s.count.x) +
+                               std::size_t(p.x)]);
+    }
+    return sum;
+}
+
+int facesAt(const ObjectSamples& s, const glm::dvec3& world) {
+    if (s.faces.empty()) return 0;
+    const glm::ivec3 p(glm::round(glm::inverse(s.world_from_node) * (world - s.origin_world)));
+    return s.faces[(std::size_t(p.z) * std::size_t(s.count.y) + std::size_t(p.y)) * std::size_t(s.count.x) +
+                   std::size_t(p.x)];
+}
+
+TEST(ObjectSamples, ALensWithoutFacesHasNone) {
+    const auto lens = makeLuneburgLens({0.1, 0, 0}, 0.8);
+    const ObjectSamples s = sampled(objectOf(lens));
+    EXPECT_EQ(s.fit, SplineFit::Through);
+    EXPECT_TRUE(s.faces.empty());
+    EXPECT_FALSE(s.sharp_sides);
+    EXPECT_TRUE(s.attenuation.empty() && s.glow.empty());
+    for (const glm::dvec3 p : {glm::dvec3(0.1, 0, 0), {0.3, 0.2, -0.1}, {0.1, 0.5, 0.2}, {-0.2, 0.1, 0.4}})
+        EXPECT_NEAR(excessAt(s, p), lens->at(p).half_square - 0.5, 2e-6);
+    EXPECT_EQ(excessAt(s, {0.83, 0.73, 0.73}), 0) << "far from the lens there is nothing, to the last bit";
+    EXPECT_NEAR(excessAt(s, {0.1, 0.87, 0}), 0, 2e-4) << "beside its rim a little, since that is a kink";
+}
+
+TEST(ObjectSamples, ABallOfGlassHasAFaceAllAround) {
+    // n falls by a percent to the rim, and there to 1.
+    GradedObject ball = objectOf(makeFishEye({0, 0, 0}, 1.5, 8, 0.75));
+    ball.absorption = {1, 2, 3}, ball.scattering = glm::dvec3(0.5), ball.anisotropy = 0.25, ball.emission = {4, 0, 0};
+    const ObjectSamples s = sampled(ball);
+    for (int i = 0; i < 50; ++i) {
+        const double phi = 0.7 * i, z = -0.98 + 0.04 * i;
+        const glm::dvec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+        EXPECT_EQ(facesAt(s, 0.75 * n), 255) << i;
+        EXPECT_EQ(facesAt(s, 0.5 * n), 0) << i;
+        EXPECT_EQ(facesAt(s, 0.9 * n), 0) << i;
+    }
+    double volume = 0, absorbed = 0;
+    for (const glm::vec4& v : s.attenuation) volume += double(v.w), absorbed += double(v.y);
+    const double truth = 4.0 / 3 * 3.14159265 * std::pow(0.75 * 32, 3);
+    EXPECT_NEAR(volume / truth, 1, 2e-3) << "a rim's nodes have a part of the object";
+    EXPECT_NEAR(absorbed / truth, 2, 4e-3);
+    ASSERT_EQ(s.glow.size(), s.attenuation.size());
+    EXPECT_EQ(s.glow[s.glow.size() / 2], glm::vec4(4, 0, 0, 0.25));
+}
+
+TEST(ObjectSamples, ABlockKeepsItsSharpSides) {
+    const WorldBox box{{-0.5, -0.4, -0.3}, {0.45, 0.4, 0.31}};
+    const auto block = makeLinearSquare({0, 0, 0}, 1.5, {0, 0, -0.7}, box);
+    const ObjectSamples s = sampled(objectOf(block));
+    EXPECT_TRUE(s.sharp_sides);
+    EXPECT_TRUE(s.faces.empty());
+    for (int corner = 0; corner < 2; ++corner) {
+        const glm::dvec3 node(corner ? s.box_high : s.box_low);
+        const glm::dvec3 p = s.origin_world + s.world_from_node * node, wanted = corner ? box.max : box.min;
+        EXPECT_LT(glm::distance(p, wanted), 1e-6);
+    }
+    // Up to the very sides.
+    for (const glm::dvec3 p : {glm::dvec3(0, 0, 0.309), {0.44, 0.39, -0.299}, {-0.499, 0, 0}})
+        EXPECT_NEAR(excessAt(s, p), block->at(p).half_square - 0.5, 1e-6);
+}
+
+TEST(ObjectSamples, FaintAirKeepsItsDigits) {
+    const auto air = makeHotAir({0, 0.1, 1.000277, 2e-5}, {});
+    const ObjectSamples s = sampled(objectOf(air), 1.0 / 64);
+    for (const double z : {0.15, 0.2, 0.33, 0.6}) {
+        const glm::dvec3 p(0.1, 0.2, z);
+        // The whole difference is 2e-5; single precision around 1/2 would leave 3e-8.
+        EXPECT_NEAR(excessAt(s, p), air->at(p).half_square - 0.5, 2e-9 + 2e-5 * 4e-3 * std::exp(-z / 0.1)) << z;
+    }
+}
+
+TEST(ObjectSamples, AnEarlierObjectIsThereInstead) {
+    Monitor monitor;
+    const std::vector<GradedObject> both{objectOf(makeFishEye({0.3, 0, 0}, 1.4, 8, 0.3)),
+                                         objectOf(makeFishEye({0, 0, 0}, 1.6, 8, 0.5))};
+    const ObjectSamples s = sampleObject(both, 1, {1.0 / 32, {}}, monitor);
+    EXPECT_NEAR(excessAt(s, {0.35, 0, 0}), 0, 1e-6);
+    EXPECT_NEAR(excessAt(s, {-0.25, 0, 0}), (1.6 * 1.6 - 1) / 2, 0.01);
+}
+
+TEST(ObjectSamples, RefusesTooManyNodes) {
+    Monitor monitor;
+    try {
+        sampleObject({objectOf(makeLuneburgLens({0, 0, 0}, 1))}, 0, {1e-4, {}}, monitor);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("larger voxels"), std::string::npos) << error.what();
+    }
+}
+
+}  // namespace
+}  // namespace photic
