@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -34,6 +35,7 @@ std::vector<LightSample> lightSamples(const Light& light, int disc_samples);
 struct LightPlane {
     glm::dvec3 centre{0}, across{1, 0, 0}, up{0, 1, 0};  ///< [m]; unit, at right angles
     glm::dvec2 min{0}, max{0};                           ///< of (u, v) [m]
+    glm::ivec2 cells{1};                                 ///< that it is cut into to begin with, of a voxel at most
 };
 
 /// One sample of a light as it enters through one specular surface. The domain is the surface's own: the parameter
@@ -67,7 +69,7 @@ public:
 
     /// Power per channel [W] through the triangle between three points of the surface, in the surface's orientation:
     /// height fields take light from the side of their normal only, meshes from either. A sun's by its cross-section, a
-    /// lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength at the corners.
+    /// lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength over the triangle.
     glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
     /// What a lamp's strength does between two points of the surface and as far beside them: corners speak for the
@@ -83,6 +85,7 @@ public:
 
 private:
     glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
+    glm::dvec3 meanStrength(const std::array<glm::dvec3, 3>& to) const;
 
     const Surface& surface_;
     int index_;

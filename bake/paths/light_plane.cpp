@@ -15,6 +15,9 @@ namespace {
 // Triangles for each voxel that the surface shows: with fewer they are launched themselves.
 constexpr double kFine = 0.5;
 
+// Of a cell, between its side and the outline: no fraction that halving a cell would reach.
+constexpr double kShift = 0.37;
+
 }  // namespace
 
 std::optional<LightPlane> lightPlane(const OpticalScene& optics, const Emission& emission) {
@@ -39,10 +42,13 @@ std::optional<LightPlane> lightPlane(const OpticalScene& optics, const Emission&
         least = glm::min(least, place), most = glm::max(most, place);
     }
     const double voxel = std::cbrt(optics.frame().voxelVolume());
-    // A hair more: light that just passes the surface ends its outline.
-    plane.min = least - 1e-6 * radius, plane.max = most + 1e-6 * radius;
-    const glm::dvec2 size = plane.max - plane.min;
+    const glm::dvec2 size = most - least;
     if (static_cast<double>(mesh.triangles.size()) < kFine * size.x * size.y / (voxel * voxel)) return std::nullopt;
+    // Corners speak for the cells around them: where an outline is straight and lies along the lattice, as many of them
+    // must fall inside it as it is wide, at any fineness. So cells divide its extent, and are shifted against it.
+    const glm::dvec2 cells = glm::max(glm::ceil(size / voxel), glm::dvec2(1)), step = size / cells;
+    plane.min = least - kShift * step, plane.max = most + (1 - kShift) * step;
+    plane.cells = glm::ivec2(cells) + 1;
     return plane;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <numeric>
 
 #include "bake/scene/mesh_file.h"
@@ -36,8 +37,20 @@ std::array<EmissionParam, 3> quarter(const std::array<EmissionParam, 3>& corner,
     }
 }
 
+// Whether a lamp's place is enclosed by a closed mesh: the solid angles of its triangles add up to a whole sphere.
+bool encloses(const TriangleMesh& mesh, const glm::dvec3& place) {
+    double angle = 0;
+    for (const auto& t : mesh.triangles) {
+        const glm::dvec3 u = mesh.positions[t[0]] - place, v = mesh.positions[t[1]] - place,
+                         w = mesh.positions[t[2]] - place;
+        const double lu = glm::length(u), lv = glm::length(v), lw = glm::length(w);
+        angle += 2 * std::atan2(glm::dot(u, glm::cross(v, w)),
+                                lu * lv * lw + glm::dot(u, v) * lw + glm::dot(u, w) * lv + glm::dot(v, w) * lu);
+    }
+    return std::fabs(angle) > 2 * std::numbers::pi;
+}
+
 constexpr int kSphereRings = 16;
-constexpr double kPlaneCell = 1;  // [voxels] of cells of a plane across the light
 
 void addPower(PowerLedger& to, const PowerLedger& from) {
     for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;
@@ -93,12 +106,8 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
     }
 }
 
-LaunchMesh::LaunchMesh(const Emission& emission, const GridFrame& frame) : surface_(emission.surface()) {
-    if (emission.plane()) {
-        plane_ = *emission.plane();
-        const double cell = kPlaneCell * std::cbrt(frame.voxelVolume());
-        cells_ = glm::max(glm::ivec2(glm::ceil((plane_.max - plane_.min) / cell)), glm::ivec2(1));
-    }
+LaunchMesh::LaunchMesh(const Emission& emission) : surface_(emission.surface()) {
+    if (emission.plane()) plane_ = *emission.plane(), cells_ = plane_.cells;
     // A sphere is divided as its light asks for: few triangles to begin with.
     const Surface& surface = surface_;
     if (surface.sphere) ball_ = sphereMesh(surface.sphere->center, surface.sphere->radius, kSphereRings);
@@ -137,8 +146,30 @@ EmissionParam LaunchMesh::corner(int triangle, int which) const {
     return {glm::mix(mesh().positions[vertex], middle, hair), mesh().normals[vertex]};
 }
 
+// Facets of a closed body that turn away from the light are behind its others. Their corners lie so close to those on a
+// sharp edge that rays cannot tell, and would count light again that the facet before them has.
+bool Launch::hidesItsBack() const {
+    const Emission& emission = tracer_.emission();
+    const Surface& surface = emission.surface();
+    if (emission.plane() || surface.sphere || !surface.closed || surface.smooth) return false;
+    return emission.parallel() || !encloses(*surface.mesh, *emission.sample().source);
+}
+
+bool Launch::isBehind(const LaunchMesh& mesh, int triangle) const {
+    const Emission& emission = tracer_.emission();
+    glm::dvec3 middle(0);
+    for (int k = 0; k < 3; ++k) {
+        const glm::dvec3 corner = mesh.corner(triangle, k).position;
+        if (glm::dot(emission.directionAt(corner), mesh.face(triangle)) <= 0) return false;
+        middle += corner / 3.0;
+    }
+    // One that is wound the wrong way round is lit all the same.
+    return tracer_.optics().arrival(middle, emission.directionAt(middle), emission.sample().source) ==
+           PathOutcome::Hidden;
+}
+
 void Launch::mesh(LaunchTotals& totals) {
-    const LaunchMesh mesh(tracer_.emission(), tracer_.optics().frame());
+    const LaunchMesh mesh(tracer_.emission());
     RefineOptions refine = options_.refine;
     if (options_.spacing > 0) refine.max_edge = options_.spacing, refine.tolerance = 0;
     // Of few large triangles parts are launched where a sample will do.
@@ -146,6 +177,7 @@ void Launch::mesh(LaunchTotals& totals) {
     while (options_.sampled > 0 && (std::int64_t{mesh.size()} << 2 * halvings) < 4 * options_.sampled) ++halvings;
     const std::int64_t size = std::int64_t{mesh.size()} << 2 * halvings;
     const std::int64_t step = mesh.stepFor(options_.sampled, size), a_part = trianglesAPart(size);
+    const bool hides_its_back = hidesItsBack();
     totals.launched_parts = totals.launched_parts || halvings > 0;
     totals.triangles += size, totals.triangles_launched += (size + step - 1) / step;
     inBatches((size + a_part - 1) / a_part, kPartsABatch, totals, [&](std::int64_t part, TubeBuilder& builder) {
@@ -155,7 +187,7 @@ void Launch::mesh(LaunchTotals& totals) {
             if (i % step != 0) continue;
             const int t = static_cast<int>(i >> 2 * halvings);
             const glm::dvec3 face = mesh.face(t);
-            if (face == glm::dvec3(0)) continue;
+            if (face == glm::dvec3(0) || (hides_its_back && isBehind(mesh, t))) continue;
             std::array<EmissionParam, 3> corner{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
             for (int h = 0; h < halvings; ++h) corner = quarter(corner, static_cast<int>(i >> 2 * h & 3));
             Path corners[3];
@@ -201,7 +233,7 @@ void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* root
 
 void Launch::seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals) {
     std::optional<LaunchMesh> roots;
-    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.emission(), tracer_.optics().frame());
+    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.emission());
     // Where the groups begin that are divided together.
     std::vector<std::size_t> begins;
     for (std::size_t i = 0; i < seeds.size(); ++i)

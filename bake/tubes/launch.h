@@ -40,7 +40,7 @@ struct LaunchTotals {
 /// The triangles by which a mesh or a sphere is launched: its own, or those of cells of the plane across the light.
 class LaunchMesh {
 public:
-    LaunchMesh(const Emission& emission, const GridFrame& frame);
+    explicit LaunchMesh(const Emission& emission);
 
     int size() const { return cells_.x > 0 ? 2 * cells_.x * cells_.y : static_cast<int>(mesh().triangles.size()); }
     /// So many of `size` parts of its triangles apart are about `count` of them, that lie everywhere.
@@ -84,6 +84,8 @@ public:
     void seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals);
 
 private:
+    bool hidesItsBack() const;
+    bool isBehind(const LaunchMesh& mesh, int triangle) const;
     void refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* roots, Refiner& refiner, TubeBuilder& builder,
                      std::int64_t& traced);
 

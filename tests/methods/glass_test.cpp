@@ -64,6 +64,55 @@ TEST(Glass, ABallCatchesWhatItsDiscDoes) {
     }
 }
 
+// Corners on a sharp edge belong to both of its faces: the one behind must not count the light of the one before.
+TEST(Glass, ABoxCatchesWhatItsSidesDo) {
+    for (const glm::dvec3 sun : {glm::dvec3(0.3, 0.2, -1), glm::dvec3(1, 0, -0.6), glm::dvec3(0.9, -0.8, -0.1)}) {
+        GlassScene glass(32, sun);
+        glass.add(support::boxMesh({-0.4, -0.3, -0.2}, {0.3, 0.4, 0.3}), SurfaceEvent::Both).smooth = false;
+        const glm::dvec3 d = glm::abs(glass.scene.lights[0].direction);
+        const double exact = d.x * 0.7 * 0.5 + d.y * 0.7 * 0.5 + d.z * 0.7 * 0.7;
+        EXPECT_NEAR(glass.bake(beamsMethod()).report.power.emitted / exact, 1, 1e-5);
+    }
+}
+
+// Launched across the light, an outline that lies along the lattice must not be cut off by part of a tube.
+TEST(Glass, AFineSlabCatchesWhatItsFaceDoes) {
+    GlassScene glass(32);
+    constexpr int kCells = 60;
+    TriangleMesh slab;
+    for (const double z : {0.3, 0.2})
+        for (int j = 0; j <= kCells; ++j)
+            for (int i = 0; i <= kCells; ++i) {
+                slab.positions.emplace_back(-0.5 + i * 0.93 / kCells, -0.4 + j * 0.81 / kCells, z);
+                slab.normals.emplace_back(0, 0, z > 0.25 ? 1 : -1);
+            }
+    constexpr std::uint32_t kRow = kCells + 1, kBottom = kRow * kRow;
+    for (std::uint32_t j = 0; j < kCells; ++j)
+        for (std::uint32_t i = 0; i < kCells; ++i) {
+            const std::uint32_t a = j * kRow + i, b = a + 1, c = b + kRow, d = a + kRow;
+            slab.triangles.push_back({a, b, c}), slab.triangles.push_back({a, c, d});
+            slab.triangles.push_back({a + kBottom, c + kBottom, b + kBottom});
+            slab.triangles.push_back({a + kBottom, d + kBottom, c + kBottom});
+        }
+    glass.add(std::move(slab), SurfaceEvent::Both);
+    EXPECT_NEAR(glass.bake(beamsMethod()).report.power.emitted / (0.93 * 0.81), 1, 1e-3);
+}
+
+// The rim of a spot's cone is narrow beside the smallest tubes, and steep.
+TEST(Glass, ASpotSendsWhatItsConeDoes) {
+    for (const double blend : {0.02, 0.1, 1.0}) {
+        GlassScene glass(32);
+        Light& spot = glass.scene.lights[0];
+        spot.type = LightType::Spot, spot.position = glm::dvec3(0.1, 0.05, 0.9), spot.direction = {0, 0, -1};
+        spot.power = glm::dvec3(4 * std::numbers::pi), spot.cone_angle_deg = 10, spot.blend = blend;
+        glass.add(support::boxMesh({-0.9, -0.9, -0.8}, {0.9, 0.9, -0.7}), SurfaceEvent::Mirror).smooth = false;
+        const double rim = std::cos(5 * std::numbers::pi / 180);
+        // The mean of smoothstep over its width is a half.
+        const double exact = 2 * std::numbers::pi * (1 - rim) * (1 - blend / 2);
+        EXPECT_NEAR(glass.bake(beamsMethod()).report.power.emitted / exact, 1, 1e-3) << blend;
+    }
+}
+
 // Long histories carry little: they must not cost as much each as the first one does.
 TEST(Glass, FaintHistoriesAreCheap) {
     GlassScene glass(100, {0.4, 0.1, -1});
