@@ -46,13 +46,16 @@ Scene onPlane(const Scene& scene, const Light& light, const PlaneTexels& texels,
     return one;
 }
 
-GivenOptions optionsFor(bool blurred) {
+GivenOptions optionsFor(const Scene& scene, bool blurred) {
     const std::string where = "planeIrradiance";
     GivenOptions options{{"silhouette", {kSilhouette, where}}};
     options["disc"] = {std::string(blurred ? "off" : "sample"), where};
     if (!blurred) options["disc_samples"] = {kDiscSamples, where};
     // A ray a texel: where tubes are as narrow as what they are shared out over, their bends are hidden by its mean.
-    options["spacing"] = {1.0, where};
+    // Not so off glass and mirrors, whose light may spread from one texel over hundreds: there the tolerance decides.
+    const bool bodies = std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                                    [](const Surface& s) { return s.height_field == nullptr; });
+    if (!bodies) options["spacing"] = {1.0, where};
     return options;
 }
 
@@ -120,7 +123,7 @@ std::vector<float> planeIrradiance(const Scene& scene, const PlaneTexels& texels
         QuietMonitor quiet(monitor);
         const bool blurred = blurs(scene, light);
         const BakeResult result =
-            method.bake(onPlane(scene, light, texels, tolerance), needed, optionsFor(blurred), quiet);
+            method.bake(onPlane(scene, light, texels, tolerance), needed, optionsFor(scene, blurred), quiet);
         std::vector<float> own(all.size());
         std::size_t n = 0;
         for (int j = 0; j < texels.rows; ++j)
@@ -142,7 +145,7 @@ double planeLightSeconds(const Scene& scene, const PlaneTexels& texels, double t
     double seconds = 0;
     for (const Light& light : scene.lights) {
         const Scene one = onPlane(scene, light, texels, tolerance);
-        const GivenOptions options = optionsFor(blurs(scene, light));
+        const GivenOptions options = optionsFor(scene, blurs(scene, light));
         const double voxels = static_cast<double>(frame.voxelCount());
         for (const Stage& stage : beamsMethod().cost({one, frame, voxels, options}).stages) seconds += stage.seconds;
     }
