@@ -13,6 +13,7 @@
 #include "bake/scene/config_meaning.h"
 #include "bake/scene/gltf_scene.h"
 #include "bake/scene/graded_index.h"
+#include "bake/scene/keyframes.h"
 #include "bake/scene/load_parts.h"
 
 namespace photic {
@@ -163,12 +164,27 @@ double frameRateOf(const ConfigValue& root) {
         .value_or(kUsual);
 }
 
+/// Volumes of one sequence share their reference irradiance: of a lamp that moves it is that at its first keyframe.
+void keepReference(const ConfigValue& moving, Scene& scene) {
+    const auto lights = tablesOf(moving.find("light"), "light");
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        Light& light = scene.lights[i];
+        if (!light.position || !lights[i]->find("keyframes")) continue;
+        Light first = loadLight(atKeyframes(*lights[i], firstKeyframe(*lights[i], scene.frame)), i + 1);
+        aimLight(first, scene.surfaces.front().center, scene.surfaces.front().name);
+        light.irradiance = first.irradiance;
+    }
+}
+
 }  // namespace
 
 Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
                  Monitor& monitor) {
-    const ConfigValue root = parseConfig(text, name);
-    checkVersion(root, name);
+    const ConfigValue moving = parseConfig(text, name);
+    checkVersion(moving, name);
+    // What moves stands still in a frame: nothing after this knows of keyframes, and frames in which nothing moves have
+    // one hash.
+    const ConfigValue root = atFrame(moving, frame);
     const TableReader table(root, "the scene", kSceneKeys, {"volume", "environment"});
 
     Scene scene;
@@ -224,8 +240,10 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
                     "one of the two",
                     indices.front()->where);
     if (!context.graded.empty()) scene.index = std::make_shared<IndexVolume>(context.graded);
-    if (!scene.surfaces.empty())
+    if (!scene.surfaces.empty()) {
         for (Light& light : scene.lights) aimLight(light, scene.surfaces.front().center, scene.surfaces.front().name);
+        keepReference(moving, scene);
+    }
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);

@@ -44,6 +44,31 @@ TEST(Frames, AreNumberedAndKeptUntilTheirInputsChange) {
     EXPECT_EQ(kept(photic(place, command)), (std::vector<bool>{false, false, false}));
 }
 
+TEST(Frames, OfASunThatTurnsAreBakedWhereItHasTurned) {
+    const Workplace place;
+    const auto scene = [](const std::string& last) {
+        std::string text = PoolText{}.text();
+        const std::string still = "direction = " + PoolText{}.sun_direction;
+        const std::size_t at = text.find(still);
+        EXPECT_NE(at, std::string::npos);
+        return text.replace(at, still.size(),
+                            "keyframes = [{ frame = 1, direction = [0.433, 0.25, -0.866] }, { frame = 2, direction = "
+                            "[0.2, 0.25, -0.866] }, { frame = 3, direction = " +
+                                last + " }]");
+    };
+    const Strings command{"bake", "pool.toml", "--frames", "1-4", "--json"};
+    place.write("pool.toml", scene("[0, 0, -1]"));
+    const Outcome first = photic(place, command);
+    ASSERT_EQ(first.code, 0) << first.err;
+    EXPECT_EQ(kept(first), (std::vector<bool>{false, false, false, false}));
+    EXPECT_EQ(kept(photic(place, command)), (std::vector<bool>{true, true, true, true}));
+    // Another end: what comes before is as it was.
+    place.write("pool.toml", scene("[0, 0.1, -1]"));
+    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "1-2", "--json"})), (std::vector<bool>{true, true}));
+    EXPECT_EQ(kept(photic(place, {"bake", "pool.toml", "--frames", "3-4", "--json"})),
+              (std::vector<bool>{false, false}));
+}
+
 TEST(Frames, PutTheirNumberWhereTheNameWantsIt) {
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());
