@@ -26,6 +26,11 @@ struct Range {
     bool empty() const { return low > high; }
     void add(double x) { low = std::min(low, x), high = std::max(high, x); }
     double at(double f) const { return low + f * (high - low); }
+    double span() const { return high - low; }
+    void widen(double part) {
+        const double more = part * span();
+        low -= more, high += more;
+    }
 };
 
 struct Slopes {
@@ -99,22 +104,25 @@ struct Runs {
     }
 };
 
-Runs runsOf(const Scene& scene, const Surface& surface, const Light& light, const Slopes& slopes, bool upwards) {
-    constexpr int kSteps = 8;
-    const double ior_above = sideOf(scene, surface, Side::Above).ior.mean();
-    const double ior_below = sideOf(scene, surface, Side::Below).ior.mean();
-    Runs runs;
-    for (const glm::dvec3& direction : arrivingDirections(light))
-        for (int i = 0; i <= kSteps; ++i)
-            for (int j = 0; j <= kSteps; ++j) {
-                const glm::dvec3 normal =
-                    glm::normalize(glm::dvec3(-slopes.x.at(double(i) / kSteps), -slopes.y.at(double(j) / kSteps), 1));
-                if (glm::dot(direction, normal) >= 0) continue;
-                const Interface event = interfaceAt(direction, normal, ior_above, ior_below);
-                runs.add(upwards ? event.reflected : event.refracted, upwards);
-            }
-    return runs;
-}
+/// What bounds the ways on from a surface.
+struct Bends {
+    Slopes slopes;
+    double ior_above = 1, ior_below = 1;
+
+    Runs of(const std::vector<glm::dvec3>& directions, bool upwards, int steps) const {
+        Runs runs;
+        for (const glm::dvec3& direction : directions)
+            for (int i = 0; i <= steps; ++i)
+                for (int j = 0; j <= steps; ++j) {
+                    const glm::dvec3 normal =
+                        glm::normalize(glm::dvec3(-slopes.x.at(double(i) / steps), -slopes.y.at(double(j) / steps), 1));
+                    if (glm::dot(direction, normal) >= 0) continue;
+                    const Interface event = interfaceAt(direction, normal, ior_above, ior_below);
+                    runs.add(upwards ? event.reflected : event.refracted, upwards);
+                }
+        return runs;
+    }
+};
 
 /// Adds the horizontal places at heights [z_low, z_high] from which light with these runs gets into the box. Light
 /// travels down; callers turn the world over for light that goes up.
@@ -143,34 +151,153 @@ void addReach(const std::array<glm::dvec3, 8>& corners, double z_low, double z_h
         }
 }
 
+/// The places of a surface from which light gets into a grid's box.
+struct Places {
+    Range x, y;
+    bool complete = true;
+};
+
+class Reach {
+public:
+    Reach(const Scene& scene, const Surface& surface, const GridFrame& frame) : surface_(surface) {
+        const HeightField& field = *surface.height_field;
+        low_ = field.minZ(), high_ = field.maxZ();
+        bends_.slopes = slopesOf(surface);
+        bends_.ior_above = sideOf(scene, surface, Side::Above).ior.mean();
+        bends_.ior_below = sideOf(scene, surface, Side::Below).ior.mean();
+        for (unsigned c = 0; c < 8; ++c) {
+            glm::dvec3 index;
+            for (int a = 0; a < 3; ++a) index[a] = c >> a & 1 ? frame.max[a] + 0.5 : frame.min[a] - 0.5;
+            corners_[c] = frame.worldFromIndex(index);
+        }
+    }
+    double low() const { return low_; }
+    double high() const { return high_; }
+
+    /// @param widened  of the ways on, by this part of how far apart they are
+    Places of(const std::vector<glm::dvec3>& directions, int steps, double widened = 0) const {
+        Places places;
+        for (const bool upwards : {false, true}) {
+            const bool mirrors = surface_.event == SurfaceEvent::Reflect || surface_.event == SurfaceEvent::Mirror;
+            if (upwards ? surface_.event == SurfaceEvent::Refract : mirrors) continue;
+            Runs runs = bends_.of(directions, upwards, steps);
+            if (runs.x.empty()) continue;
+            runs.x.widen(widened), runs.y.widen(widened);
+            places.complete = places.complete && runs.complete;
+            std::array<glm::dvec3, 8> corners = corners_;
+            for (glm::dvec3& c : corners) c.z = upwards ? -c.z : c.z;
+            addReach(corners, upwards ? -high_ : low_, upwards ? -low_ : high_, runs, places.x, places.y);
+        }
+        return places;
+    }
+
+private:
+    const Surface& surface_;
+    double low_ = 0, high_ = 0;
+    Bends bends_;
+    std::array<glm::dvec3, 8> corners_;
+};
+
+/// Where the light of a lamp goes from a surface into the box. A lamp sends light every way, but to each place one way
+/// alone: rectangles that its light cannot go on from are left out, and those that it may are quartered.
+class LampReach {
+public:
+    LampReach(const Light& light, const Reach& reach, double margin)
+        : light_(light), reach_(reach), margin_(margin), sources_{*light.position} {
+        if (light.type != LightType::Rectangle) return;
+        const glm::dvec3 across = 0.5 * light.size.x * light.tangent,
+                         up = 0.5 * light.size.y * glm::cross(light.direction, light.tangent);
+        for (const double s : {-1.0, 1.0})
+            for (const double t : {-1.0, 1.0}) sources_.push_back(*light.position + s * across + t * up);
+    }
+
+    Places within(const Places& all) const {
+        constexpr int kRounds = 3, kDepth = 6;  // each round begins again within what the last one has left
+        Places found = all;
+        for (int round = 0; round < kRounds; ++round) {
+            const Places before = found;
+            found = {};
+            search({before.x.low, before.y.low}, {before.x.high, before.y.high}, kDepth, found);
+            if (found.x.empty() || found.x.span() * found.y.span() > 0.5 * before.x.span() * before.y.span()) break;
+        }
+        return found;
+    }
+
+private:
+    void search(const glm::dvec2& low, const glm::dvec2& high, int depth, Places& found) const {
+        const bool known =
+            found.x.low <= low.x && found.x.high >= high.x && found.y.low <= low.y && found.y.high >= high.y;
+        if (known || !mayReach(low, high, found)) return;
+        if (depth == 0) {
+            found.x.add(low.x), found.x.add(high.x), found.y.add(low.y), found.y.add(high.y);
+            return;
+        }
+        const glm::dvec2 middle = 0.5 * (low + high);
+        search(low, middle, depth - 1, found), search(middle, high, depth - 1, found);
+        search({middle.x, low.y}, {high.x, middle.y}, depth - 1, found);
+        search({low.x, middle.y}, {middle.x, high.y}, depth - 1, found);
+    }
+
+    bool mayReach(const glm::dvec2& low, const glm::dvec2& high, Places& found) const {
+        std::vector<glm::dvec3> directions;
+        bool shone_on = false;
+        for (const glm::dvec3& source : sources_) {
+            shone_on = shone_on || shinesOn(source, low, high);
+            for (const double x : {low.x, 0.5 * (low.x + high.x), high.x})
+                for (const double y : {low.y, 0.5 * (low.y + high.y), high.y})
+                    for (const double z : {reach_.low(), reach_.high()}) {
+                        const glm::dvec3 to = glm::dvec3(x, y, z) - source;
+                        if (to.z < 0) directions.push_back(glm::normalize(to));
+                    }
+        }
+        if (!shone_on || directions.empty()) return false;
+        constexpr int kSteps = 4;
+        constexpr double kWidened = 0.1;  // what lies between the ways that were looked at
+        const Places places = reach_.of(directions, kSteps, kWidened);
+        if (places.x.empty()) return false;
+        const bool reaches = places.x.low - margin_ <= high.x && places.x.high + margin_ >= low.x &&
+                             places.y.low - margin_ <= high.y && places.y.high + margin_ >= low.y;
+        if (reaches) found.complete = found.complete && places.complete;
+        return reaches;
+    }
+
+    /// Whether a lamp's own shape sends light to any place of a rectangle.
+    bool shinesOn(const glm::dvec3& source, const glm::dvec2& low, const glm::dvec2& high) const {
+        if (light_.type == LightType::Point) return true;
+        const glm::dvec3 middle(0.5 * (low + high), 0.5 * (reach_.low() + reach_.high()));
+        const double radius =
+            glm::length(glm::dvec3(0.5 * (high - low) + margin_, 0.5 * (reach_.high() - reach_.low())));
+        const glm::dvec3 to = middle - source;
+        const double distance = glm::length(to);
+        if (distance <= radius) return true;
+        const double cone = light_.type == LightType::Spot ? 0.5 * light_.cone_angle_deg * std::numbers::pi / 180
+                                                           : 0.5 * std::numbers::pi;
+        const double off = std::acos(std::clamp(glm::dot(to, light_.direction) / distance, -1.0, 1.0));
+        return off - std::asin(radius / distance) <= cone;
+    }
+
+    const Light& light_;
+    const Reach& reach_;
+    double margin_;
+    std::vector<glm::dvec3> sources_;
+};
+
 }  // namespace
 
 LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame) {
     LaunchDomain domain;
     if (!surface.height_field || frame.size().x <= 0) return domain;
-    const HeightField& field = *surface.height_field;
-    const Slopes slopes = slopesOf(surface);
+    const Reach reach(scene, surface, frame);
+    constexpr int kSteps = 8;
+    Places places = reach.of(arrivingDirections(light), kSteps);
+    const double displaced = surface.height_field->maxDisplacement();
+    if (light.position && !places.x.empty()) places = LampReach(light, reach, displaced).within(places);
+    domain.complete = places.complete;
+    if (places.x.empty()) return domain;
 
-    Range x, y;
-    for (const bool upwards : {false, true}) {
-        const bool mirrors = surface.event == SurfaceEvent::Reflect || surface.event == SurfaceEvent::Mirror;
-        if (upwards ? surface.event == SurfaceEvent::Refract : mirrors) continue;
-        const Runs runs = runsOf(scene, surface, light, slopes, upwards);
-        if (runs.x.empty()) continue;
-        domain.complete = domain.complete && runs.complete;
-        std::array<glm::dvec3, 8> corners;
-        for (unsigned c = 0; c < 8; ++c) {
-            glm::dvec3 index;
-            for (int a = 0; a < 3; ++a) index[a] = c >> a & 1 ? frame.max[a] + 0.5 : frame.min[a] - 0.5;
-            corners[c] = frame.worldFromIndex(index);
-            if (upwards) corners[c].z = -corners[c].z;
-        }
-        addReach(corners, upwards ? -field.maxZ() : field.minZ(), upwards ? -field.minZ() : field.maxZ(), runs, x, y);
-    }
-    if (x.empty()) return domain;
-
-    const double margin = field.maxDisplacement() + 1e-9 * std::max(x.high - x.low, y.high - y.low);
-    domain.min = {x.low - margin, y.low - margin}, domain.max = {x.high + margin, y.high + margin};
+    const double margin = displaced + 1e-9 * std::max(places.x.span(), places.y.span());
+    domain.min = {places.x.low - margin, places.y.low - margin};
+    domain.max = {places.x.high + margin, places.y.high + margin};
     if (surface.outside == Outside::None) {
         domain.min = glm::max(domain.min, glm::dvec2(surface.center) - 0.5 * surface.size);
         domain.max = glm::min(domain.max, glm::dvec2(surface.center) + 0.5 * surface.size);

@@ -25,8 +25,9 @@ struct LaunchDomain {
 /// rectangle.
 ///
 /// Slopes are bounded by sampling the height field about as finely as its features (at most 128 x 128 points, with a
-/// margin of 12 %); directions by the surface's slopes and the sun's disc; positions by the sheared box and the
-/// surface's heights. For meshes, which are launched whole, the result is empty. Cost: some 16,000 surface points.
+/// margin of 12 %); directions by the surface's slopes and the sun's disc, or by the way from a lamp to
+/// each part of the surface; positions by the sheared box and the surface's heights. For meshes, which are launched
+/// whole, the result is empty. Cost: some 16,000 surface points.
 LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame);
 
 /// Why the scene's surfaces cannot be baked by rays; empty when they can.

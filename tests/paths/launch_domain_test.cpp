@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "bake/paths/emission.h"
 #include "bake/paths/specular_event.h"
 
 namespace photic {
@@ -70,8 +71,15 @@ LaunchDomain byTrying(const Pool& s, double disc_deg) {
         const glm::dvec2 uv = 7.0 * glm::dvec2(unit(random), unit(random));
         const glm::dvec3 wobble =
             std::tan(0.5 * disc_deg * M_PI / 180) * 0.57 * glm::dvec3(unit(random), unit(random), unit(random));
-        const glm::dvec3 direction = glm::normalize(s.scene.lights[0].direction + wobble);
         const SurfacePoint p = s.scene.surfaces[0].height_field->at(uv);
+        const Light& light = s.scene.lights[0];
+        glm::dvec3 direction = glm::normalize(light.direction + wobble);
+        if (light.position) {
+            const std::vector<LightSample> samples = lightSamples(light, 1);
+            direction = glm::normalize(p.position - *samples[static_cast<std::size_t>(k) % samples.size()].source);
+            const double cosine = glm::dot(direction, light.direction);
+            if (!((light.type == LightType::Rectangle ? cosine : light.spotFalloff(cosine)) > 0)) continue;
+        }
         const glm::dvec3 normal = glm::normalize(p.normal);
         if (glm::dot(direction, normal) >= 0) continue;
         const SpecularEvent event = specularEvent(s.scene.surfaces[0], s.scene.surfaces[0].ior_above,
@@ -109,6 +117,49 @@ TEST(LaunchDomain, HoldsAllLightThatReachesTheGrid) {
         // Bounds are taken apart for x and y, which reflection pays for most.
         const double generous = cases[k].event == SurfaceEvent::Refract ? 1.8 : 8;
         EXPECT_LT(domain.area(), generous * tried.area()) << k;
+    }
+}
+
+struct LampCase {
+    LightType type = LightType::Point;
+    glm::dvec3 position{0.3, -0.2, 1.5}, direction{0, 0, -1};
+    double angle = 30;
+    SurfaceEvent event = SurfaceEvent::Refract;
+    double amplitude = 0.05, displacement = 0, z_low = -1.5, z_high = 0.2;
+};
+
+TEST(LaunchDomain, HoldsAllLightOfALampAndLittleMore) {
+    const std::vector<LampCase> cases{
+        {},
+        {.position = {4, 1, 3}},
+        {.position = {0, 0, 40}},
+        {.position = {0.9, 0.9, 0.15}},
+        {.type = LightType::Spot, .position = {0.1, 0, 2}, .angle = 9},
+        {.type = LightType::Spot, .position = {-3, 0, 2}, .direction = glm::normalize(glm::dvec3(3, 0, -2))},
+        {.type = LightType::Spot, .displacement = 0.06},
+        {.type = LightType::Spot, .angle = 20, .event = SurfaceEvent::Both, .z_low = -1, .z_high = 0.5},
+        {.type = LightType::Rectangle},
+        {.type = LightType::Rectangle, .position = {-2, 0, 1}, .direction = glm::normalize(glm::dvec3(1, 0, -0.2))},
+    };
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+        const LampCase& c = cases[k];
+        Pool setup({.amplitude = c.amplitude,
+                    .displacement = c.displacement,
+                    .event = c.event,
+                    .z_low = c.z_low,
+                    .z_high = c.z_high});
+        Light& lamp = setup.scene.lights[0];
+        lamp = Light{};
+        lamp.type = c.type, lamp.position = c.position, lamp.direction = c.direction;
+        lamp.cone_angle_deg = c.angle, lamp.size = {0.4, 0.2};
+        lamp.tangent = glm::normalize(glm::cross(c.direction, glm::dvec3(0, 1, 0.1)));
+        const LaunchDomain domain = setup.domain(), tried = byTrying(setup, 0);
+        EXPECT_LE(domain.min.x, tried.min.x) << k;
+        EXPECT_LE(domain.min.y, tried.min.y) << k;
+        EXPECT_GE(domain.max.x, tried.max.x) << k;
+        EXPECT_GE(domain.max.y, tried.max.y) << k;
+        // A narrow cone is met at any of the water's heights.
+        EXPECT_LT(domain.area(), (c.event == SurfaceEvent::Refract ? 3.5 : 8) * tried.area()) << k;
     }
 }
 
