@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -15,22 +17,63 @@ namespace {
 // Of a lamp's strength on its axis: where the middle differs by more from the mean of the ends, it is not even.
 constexpr double kEven = 0.01;
 
+// A spiral over the unit disc, moved and stretched to have the disc's own mean and moments of second order: light that
+// is a quadratic of the direction is summed exactly, and a low sun sends what its middle sends.
+std::vector<glm::dvec2> discPoints(int count, double moment) {
+    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    std::vector<glm::dvec2> points;
+    glm::dvec2 mean(0);
+    for (int i = 0; i < count; ++i) {
+        const double r = std::sqrt((i + 0.5) / count), angle = i * golden_angle;
+        points.push_back(r * glm::dvec2(std::cos(angle), std::sin(angle)));
+        mean += points.back() / static_cast<double>(count);
+    }
+    double xx = 0, xy = 0, yy = 0;
+    for (glm::dvec2& p : points) {
+        p -= mean;
+        xx += p.x * p.x / count, xy += p.x * p.y / count, yy += p.y * p.y / count;
+    }
+    if (count < 3) return points;  // on a line
+    for (glm::dvec2& p : points) {
+        // By Cholesky's factors of the moments.
+        const double x = p.x / std::sqrt(xx), y = (p.y - xy / xx * p.x) / std::sqrt(yy - xy * xy / xx);
+        p = std::sqrt(moment) * glm::dvec2(x, y);
+    }
+    std::sort(points.begin(), points.end(),
+              [](const glm::dvec2& a, const glm::dvec2& b) { return glm::dot(a, a) < glm::dot(b, b); });
+    return points;
+}
+
 std::vector<LightSample> discSamples(const Light& light, int count) {
     const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
     if (radius <= 0 || count <= 1) return {{light.direction, std::nullopt, light.irradiance, &light}};
     const TangentFrame frame(light.direction);
-    const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
+    const double sine = std::sin(radius), cosine = std::cos(radius);
+    // The mean of x^2 over the solid angle, in units of the rim's.
+    const double moment = (1 - (1 + cosine + cosine * cosine) / 3) / (2 * sine * sine);
     std::vector<LightSample> samples;
-    for (int i = 0; i < count; ++i) {
-        // Uniform over the solid angle: 1 - cos grows with the square of the spiral's radius.
-        const double cos_angle = 1 - (i + 0.5) / count * (1 - std::cos(radius));
-        const double sin_angle = std::sqrt(std::max(0.0, 1 - cos_angle * cos_angle));
-        const glm::dvec3 direction =
-            cos_angle * light.direction +
-            sin_angle * (std::cos(i * golden_angle) * frame.across + std::sin(i * golden_angle) * frame.up);
-        samples.push_back({direction, std::nullopt, light.irradiance / static_cast<double>(count), &light});
+    for (const glm::dvec2& point : discPoints(count, moment)) {
+        const glm::dvec2 p = sine * point;
+        const double along = std::sqrt(std::max(0.0, 1 - glm::dot(p, p)));
+        samples.push_back({along * light.direction + p.x * frame.across + p.y * frame.up, std::nullopt,
+                           light.irradiance / static_cast<double>(count), &light});
     }
     return samples;
+}
+
+// Evenly scattered over a square about 0, each point with its opposite, so that their mean is the middle.
+std::vector<glm::dvec2> squarePoints(int count) {
+    std::vector<glm::dvec2> points;
+    glm::dvec2 moment(0), farthest(0);
+    for (int i = 0; i < count; ++i) {
+        const glm::dvec2 p = scatteredPoint(i - 0.5 * (count - 1)) - 0.5;
+        moment += p * p / static_cast<double>(count), farthest = glm::max(farthest, glm::abs(p));
+        points.push_back(p);
+    }
+    // Stretched to the square's own moments, but never out of it.
+    if (count > 1)
+        for (glm::dvec2& p : points) p *= glm::min(glm::sqrt(1.0 / 12 / moment), 0.5 / farthest);
+    return points;
 }
 
 }  // namespace
@@ -41,8 +84,8 @@ std::vector<LightSample> lightSamples(const Light& light, int disc_samples) {
         return {{light.direction, light.position, light.power / (4 * std::numbers::pi), &light}};
     std::vector<LightSample> samples;
     const glm::dvec3 across = light.tangent, up = glm::cross(light.direction, light.tangent);
-    for (int i = 0; i < std::max(light.samples, 1); ++i) {
-        const glm::dvec2 place = (scatteredPoint(i) - 0.5) * light.size;
+    for (const glm::dvec2& point : squarePoints(std::max(light.samples, 1))) {
+        const glm::dvec2 place = point * light.size;
         samples.push_back({light.direction, *light.position + place.x * across + place.y * up,
                            light.power / (std::numbers::pi * std::max(light.samples, 1)), &light});
     }
