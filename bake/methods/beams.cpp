@@ -13,6 +13,7 @@
 #include "bake/methods/disc_samples.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
+#include "bake/report/error.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
@@ -197,21 +198,22 @@ LobeFields bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxe
     BeamsBake bake(scene, options, needed->frame(), monitor);
     monitor.beginRun(bake.launches());
     LobeFields field = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
-    bool blurred = false;
+    // Lights without a blur share the field; a blur belongs to one light, so the others are baked beside it and added.
+    bool dark = true;
+    for (const Light& light : scene.lights)
+        if (!bake.blurs(light)) bake.addLight(light, field), dark = false;
+    bake.measureDeposit(field);
     for (const Light& light : scene.lights) {
-        // A blur belongs to one light: later ones are baked beside it and added.
-        if (blurred || (bake.blurs(light) && &light != &scene.lights.front())) {
-            LobeFields part = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
-            bake.addLight(light, part);
-            if (!bake.blurs(light)) bake.measureDeposit(part);
-            addField(field.first, part.first);
-            if (part.second) addField(*field.second, *part.second);
+        if (!bake.blurs(light)) continue;
+        if (dark) {
+            bake.addLight(light, field), dark = false;
             continue;
         }
-        bake.addLight(light, field);
-        if (bake.blurs(light)) blurred = true;
+        LobeFields part = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
+        bake.addLight(light, part);
+        addField(field.first, part.first);
+        if (part.second) addField(*field.second, *part.second);
     }
-    if (!blurred) bake.measureDeposit(field);
     bake.report(report);
     return field;
 }
@@ -242,10 +244,23 @@ std::string beamsRefusal(const Scene& scene) {
     return specularRefusal(scene);
 }
 
-BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
-                     Monitor& monitor) {
+BeamsOptions givenOptions(const Scene& scene, const GivenOptions& given) {
     BeamsOptions options;
     applyOptions<BeamsOptions>("beams", options, beamsOptions(), given);
+    if (options.disc != BeamsDisc::Blur) return options;
+    const bool discs = std::any_of(scene.lights.begin(), scene.lights.end(),
+                                   [](const Light& light) { return light.angular_diameter_deg > 0; });
+    const std::string why = discs ? blurRefusal(scene) : std::string();
+    if (!why.empty())
+        throw Error(ErrorCode::Input,
+                    "beams.disc = \"blur\" lays one blur over the light: " + why + "; use \"sample\", or leave it out",
+                    given.at("disc").where);
+    return options;
+}
+
+BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
+                     Monitor& monitor) {
+    const BeamsOptions options = givenOptions(scene, given);
     const bool flux = scene.bake.grids.direction;
     const FieldChannels channels{scene.coloured() ? 3 : 1, flux};
     BakeReport report;
@@ -267,9 +282,7 @@ Method beamsMethod() {
             optionSpecs<BeamsOptions>(beamsOptions()),
             beamsRefusal,
             [](const CostQuestion& question) {
-                BeamsOptions options;
-                applyOptions<BeamsOptions>("beams", options, beamsOptions(), question.options);
-                return beamsCost(question, options);
+                return beamsCost(question, givenOptions(question.scene, question.options));
             },
             bakeBeams};
 }

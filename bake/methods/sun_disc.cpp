@@ -19,10 +19,18 @@ double angularRadius(const Light& light) { return 0.5 * light.angular_diameter_d
 
 }  // namespace
 
-bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) {
-    if (scene.surfaces.size() != 1) return false;
+std::string blurRefusal(const Scene& scene) {
+    if (scene.surfaces.size() != 1) return "it shows what one surface does to it, and the scene has several";
     const Surface& surface = scene.surfaces.front();
-    if (!surface.height_field || surface.event == SurfaceEvent::Both) return false;
+    if (!surface.height_field) return "it shows what a height field does to it, and '" + surface.name + "' is none";
+    if (surface.event == SurfaceEvent::Both)
+        return "it shows refracted light or reflected light, and '" + surface.name + "' does both";
+    return {};
+}
+
+bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) {
+    if (!blurRefusal(scene).empty()) return false;
+    const Surface& surface = scene.surfaces.front();
     const bool silhouettes = std::any_of(scene.objects.begin(), scene.objects.end(), [](const Object& object) {
         return object.blocks() && !std::holds_alternative<Plane>(object.shape);
     });

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <functional>
-#include <glm/vec3.hpp>
-#include <vector>
+#include <glm/mat2x2.hpp>
+#include <string>
 
 #include "bake/field/disc_blur.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
+
+/// Why one blur per layer cannot show a sun's disc in a scene; empty where it can: one height field that refracts or
+/// reflects.
+std::string blurRefusal(const Scene& scene);
 
 /// Whether one blur per layer serves the light: one height field that refracts or reflects gently, and either nothing
 /// that casts a silhouette or a disc that reaches at most one voxel anywhere in the frame. The blur is also laid over

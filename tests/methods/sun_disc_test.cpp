@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
+#include "bake/methods/catalogue.h"
+#include "bake/report/error.h"
 #include "tests/methods/photon_scenes.h"
 
 namespace photic {
@@ -48,6 +53,45 @@ TEST(SunDisc, SamplesWhatOneBlurCannotShow) {
     mesh.surfaces[0].height_field = nullptr;
     mesh.surfaces[0].mesh = test_scenes::rectangle({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
     EXPECT_FALSE(blurs(mesh, 0.02));
+}
+
+/// What a bake by beams says of its ledgers.
+BakeReport bakeOf(const Scene& scene, const GivenOptions& options = {}) {
+    Monitor monitor;
+    const GridFrame frame = test_scenes::boxFrame({-0.5, -0.5, -1}, glm::ivec3(20), glm::dvec3(0.05));
+    const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame));
+    return findMethod("beams")->bake(scene, needed, options, monitor).report;
+}
+
+TEST(SunDisc, LightsWithoutADiscMayStandBeforeAndBehindThoseWithOne) {
+    Scene scene = test_scenes::waterScene(0.3);
+    for (const double disc : {0.5, 0.0, 2.0}) {
+        scene.lights.push_back(scene.lights[0]);
+        scene.lights.back().angular_diameter_deg = disc;
+    }
+    Scene turned = scene;
+    std::reverse(turned.lights.begin(), turned.lights.end());
+    const BakeReport one = bakeOf(scene), other = bakeOf(turned);
+    EXPECT_LT(one.path.imbalance(), 1e-6);
+    EXPECT_LT(other.path.imbalance(), 1e-6);
+    EXPECT_NEAR(one.path.deposited, other.path.deposited, 1e-6 * one.path.deposited);
+}
+
+TEST(SunDisc, OneBlurIsRefusedWhereItCannotShowTheDisc) {
+    const GivenOptions blur{{"disc", {std::string("blur"), "scene.toml:7"}}};
+    Scene scene = test_scenes::waterScene(0.3);
+    scene.lights[0].angular_diameter_deg = 0.5;
+    EXPECT_NO_THROW(bakeOf(scene, blur));
+    scene.surfaces.push_back(scene.surfaces[0]);
+    try {
+        bakeOf(scene, blur);
+        ADD_FAILURE() << "not refused";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.where(), "scene.toml:7");
+        EXPECT_NE(std::string(error.what()).find("\"sample\""), std::string::npos) << error.what();
+    }
+    scene.lights[0].angular_diameter_deg = 0;  // there is no disc to blur
+    EXPECT_NO_THROW(bakeOf(scene, blur));
 }
 
 }  // namespace
