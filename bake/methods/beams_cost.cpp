@@ -92,7 +92,8 @@ Cells cellsOf(const CostQuestion& q, const OpticalScene& optics, int surface_ind
     const LaunchOptions launch = launchOptions(q.scene, options);
     const LaunchDomain domain = launchDomain(q.scene, surface, light, q.frame);
     if (domain.empty()) return {};
-    const Branch branch = surface.event == SurfaceEvent::Reflect ? Branch::Reflected : Branch::Refracted;
+    const bool reflects = surface.event == SurfaceEvent::Reflect || surface.event == SurfaceEvent::Mirror;
+    const Branch branch = reflects ? Branch::Reflected : Branch::Refracted;
     const Emission emission(q.scene, surface_index, lightSamples(light, 1).front());
     const PathTracer tracer(optics, emission, {{surface_index, branch}});
     const Lattice lattice = layLattice(tracer, domain, launch);

@@ -200,9 +200,7 @@ private:
 
 }  // namespace
 
-void Launch::heightField(const LaunchDomain& domain, LaunchTotals& totals) {
-    if (domain.empty()) return;
-    const Lattice lattice = layLattice(tracer_, domain, options_);
+void Launch::heightField(const Lattice& lattice, LaunchTotals& totals) {
     RefineOptions refine = options_.refine;
     const bool uniform = options_.cells > 0 || options_.spacing > 0;
     if (uniform || !std::isfinite(tracer_.surface().height_field->featureSize())) refine.tolerance = 0;

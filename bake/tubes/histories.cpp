@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bake/paths/light_plane.h"
+#include "bake/tubes/lattice.h"
 
 namespace photic {
 namespace {
@@ -165,12 +166,27 @@ void HistoryLauncher::launch(const Emission& emission, const LaunchDomain& domai
     for (Light& light : parted({launched, 0, 0}, emission.surfaceIndex())) begin(std::move(light), domain, totals);
 }
 
+// One lattice for both branches, as fine as the one that bends more asks for: they share each part's power out.
+std::optional<Lattice> HistoryLauncher::latticeFor(const Light& light, const LaunchDomain& domain) const {
+    const Surface& surface = light.emission.surface();
+    std::optional<Lattice> lattice;
+    if (!surface.height_field || domain.empty()) return lattice;
+    for (const Branch branch : branchesOf(surface)) {
+        const History history = {{light.emission.surfaceIndex(), branch}};
+        const PathTracer tracer(optics_, light.emission, history, light.wavelength);
+        const Lattice asked = layLattice(tracer, domain, optionsFor(history, true));
+        lattice = lattice ? finerOf(*lattice, asked) : asked;
+    }
+    return lattice;
+}
+
 void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotals& totals) {
     const double before = totals.power.emitted;
     bool first_branch = true;
     std::vector<double> shares;
     const int surface = light.emission.surfaceIndex();
     const std::vector<Branch> branches = branchesOf(light.emission.surface());
+    const std::optional<Lattice> lattice = latticeFor(light, domain);
     for (const Branch branch : branches) {
         const History history = {{surface, branch}};
         const PathTracer tracer(optics_, light.emission, history, light.wavelength);
@@ -178,9 +194,9 @@ void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotal
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         totals.seeds.clear();
-        if (light.emission.surface().height_field)
-            tubes.heightField(domain, totals);
-        else
+        if (lattice)
+            tubes.heightField(*lattice, totals);
+        else if (!light.emission.surface().height_field)
             tubes.mesh(totals);
         if (first_branch) light.emitted = totals.power.emitted - before;
         first_branch = false;

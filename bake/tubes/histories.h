@@ -74,6 +74,7 @@ private:
                   double power, LaunchTotals& totals);
     double powerOnAVoxel(const Light& light) const;
     LaunchOptions optionsFor(const History& history, bool first_branch) const;
+    std::optional<Lattice> latticeFor(const Light& light, const LaunchDomain& domain) const;
     std::vector<Light> parted(const Light& light, int surface) const;
 
     const OpticalScene& optics_;

@@ -93,4 +93,11 @@ Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const L
     return lattice;
 }
 
+Lattice finerOf(const Lattice& a, const Lattice& b) {
+    Lattice finer = a;
+    finer.columns = std::max(a.columns, b.columns), finer.rows = std::max(a.rows, b.rows);
+    finer.step = a.step * glm::dvec2(a.columns, a.rows) / glm::dvec2(finer.columns, finer.rows);
+    return finer;
+}
+
 }  // namespace photic

@@ -22,4 +22,7 @@ struct Lattice {
 /// @throws Error{Input} for more than 1e10 cells
 Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options);
 
+/// The lattice over the same part of a height field whose cells are as small as the smaller ones of two.
+Lattice finerOf(const Lattice& a, const Lattice& b);
+
 }  // namespace photic

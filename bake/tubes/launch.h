@@ -58,6 +58,8 @@ private:
     glm::ivec2 cells_{0};
 };
 
+struct Lattice;
+
 /// Takes tubes, a batch at a time.
 using TubeSink = std::function<void(TubeSets&&)>;
 
@@ -72,12 +74,12 @@ public:
     }
 
     /// Makes the two branches of an event share its power out exactly, part by part of the domain: the first records
-    /// what it leaves, the second takes that.
+    /// what it leaves, the second takes that. Both must be launched in the same parts.
     void shareWithOther(std::vector<double>& parts, bool first) { shared_ = &parts, is_first_ = first; }
 
-    /// The part of a height field that can send light into the grid.
+    /// A height field, by a lattice over the part of it that can send light into the grid.
     /// Memory: some 150 bytes a tube of a batch of at most a million.
-    void heightField(const LaunchDomain& domain, LaunchTotals& totals);
+    void heightField(const Lattice& lattice, LaunchTotals& totals);
     /// A triangle mesh, triangle by triangle, subdivided where the map bends.
     void mesh(LaunchTotals& totals);
     /// What a shorter history has left.

@@ -76,14 +76,14 @@ void TubeBuilder::countRegular(const RayRow* row, int first, int columns, int ro
                 power_.culled += channelMean(power);
                 continue;
             }
-            double length = r.hit_distance[k];
-            if (!medium.clear())
-                length =
-                    std::min(length, std::max(0.0, frame().exitDistance({r.u[k], r.v[k], r.w[k]},
-                                                                        glm::dvec3(r.du[k], r.dv[k], 1.0) *
-                                                                            ((down ? -1.0 : 1.0) / r.per_layer[k]))));
-            countLeg(medium, power, length,
-                     std::isfinite(r.hit_distance[k]) ? &PowerLedger::received : &PowerLedger::escaped, power_);
+            const double hit = r.hit_distance[k];
+            double exit = std::numeric_limits<double>::infinity();
+            if (!medium.clear() || std::isfinite(hit))
+                exit = std::max(
+                    0.0, frame().exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) *
+                                                                            ((down ? -1.0 : 1.0) / r.per_layer[k])));
+            const bool hits = std::isfinite(hit) && hit <= exit;
+            countLeg(medium, power, std::min(hit, exit), hits ? &PowerLedger::received : &PowerLedger::escaped, power_);
         }
     }
 }

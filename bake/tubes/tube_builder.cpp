@@ -105,9 +105,9 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
         power_.absorbed_medium += handed_on.absorbed_medium, power_.scattered += handed_on.scattered;
         return channelMean(left);
     }
-    double PowerLedger::*const end = path.end.kind == Target::Kind::Surface  ? &PowerLedger::dropped
-                                     : path.end.kind == Target::Kind::Object ? &PowerLedger::received
-                                                                             : &PowerLedger::escaped;
+    double PowerLedger::*const end = !(path.hit_distance <= exit)             ? &PowerLedger::escaped
+                                     : path.end.kind == Target::Kind::Surface ? &PowerLedger::dropped
+                                                                              : &PowerLedger::received;
     countLeg(medium, power, length, end, power_);
     return 0;
 }

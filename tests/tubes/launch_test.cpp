@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "bake/threads/parallel_for.h"
+#include "bake/tubes/histories.h"
+#include "bake/tubes/lattice.h"
 #include "tests/support/tube_scenes.h"
 
 namespace photic {
@@ -35,7 +37,9 @@ Launched launched(const WaterScene& water, const LaunchOptions& options, bool me
     if (mesh)
         launch.mesh(out.totals);
     else
-        launch.heightField(launchDomain(water.scene, water.scene.surfaces[0], light, water.frame), out.totals);
+        launch.heightField(
+            layLattice(tracer, launchDomain(water.scene, water.scene.surfaces[0], light, water.frame), options),
+            out.totals);
     return out;
 }
 
@@ -53,6 +57,27 @@ TEST(Launch, AdaptiveAndFixedMeshesCarryTheSamePower) {
     EXPECT_NEAR(adaptive.totals.power.emitted / fixed.totals.power.emitted, 1, 2e-5);
     EXPECT_NEAR(adaptive.totals.power.received / fixed.totals.power.received, 1, 1e-3);
     EXPECT_LT(adaptive.totals.corner_rays, fixed.totals.corner_rays);
+}
+
+TEST(Launch, BothBranchesShareThePowerOfSteepWaterHoweverCoarselyItIsCut) {
+    // Grazing light: cells that one branch would be content with, the other would not.
+    WaterScene water(std::make_shared<support::Ripples>(0.1, 7), {0.93, -0.08, -0.36});
+    water.scene.surfaces[0].event = SurfaceEvent::Both;
+    const OpticalScene optics(water.scene, water.frame);
+    const Light& light = water.scene.lights[0];
+    const LaunchDomain domain = launchDomain(water.scene, water.scene.surfaces[0], light, water.frame);
+    const TubeSink ignored = [](const TubeSets&) {};
+    const std::vector<SpectralSample> white;
+    for (const double tolerance : {0.1, 0.5, 2.0}) {
+        LaunchOptions options;
+        options.refine.tolerance = tolerance;
+        LaunchTotals totals;
+        Monitor monitor;
+        HistoryLauncher launcher(optics, white, options, {4, 1e-4}, ignored, monitor);
+        launcher.launch(Emission(water.scene, 0, lightSamples(light, 1).front()), domain, totals);
+        EXPECT_GT(totals.power.emitted, 0);
+        EXPECT_LT(totals.power.imbalance(), 1e-9) << tolerance;
+    }
 }
 
 /// Ripples that end at x = 0, where flat water a quarter of a voxel lower begins.
