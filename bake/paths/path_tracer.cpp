@@ -13,7 +13,12 @@ void PathTracer::takeEvent(const PathEvent& event, const glm::dvec3& direction, 
     path.position = at.position;
     path.untraced = all.light.untraced, path.dropped = all.light.dropped, path.absorbed = all.light.absorbed;
     path.fraction = glm::dvec3(0), path.direction = glm::dvec3(0);
-    if (all.void_surface && event.branch == Branch::Refracted) {
+    if (all.void_surface) {
+        // Of a body that only reflects nobody follows what passes on: where it is folded over itself, at its rim.
+        const bool only_reflects =
+            optics_.scene().surfaces[static_cast<std::size_t>(event.surface)].event == SurfaceEvent::Reflect;
+        if (only_reflects) path.dropped = 1;
+        if (only_reflects || event.branch != Branch::Refracted) return;
         path.direction = direction, path.fraction = glm::dvec3(1), path.inside = all.beyond;
         path.medium = optics_.mediumOf(path.inside);
         return;

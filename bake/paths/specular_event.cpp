@@ -39,6 +39,8 @@ SpecularEvent specularEvent(const Surface& surface, double ior_from, double ior_
     if (surface.event == SurfaceEvent::Mirror) {
         out.absorbed = 1.0 - surface.colour;
         branch(true, i.reflected, surface.colour, false);
+        // What is dropped is told as a mean of the channels: the rest of each is absorbed.
+        if (out.count == 0) out.absorbed = glm::dvec3(1 - out.dropped);
         return out;
     }
     branch(surface.event != SurfaceEvent::Reflect, i.refracted, glm::dvec3(i.transmittance), true);

@@ -129,6 +129,19 @@ bool PathComparison::endsApart(const Path& a, const Path& b) const {
     return std::fabs((landing(a) - landing(b))[axis]) > 1;
 }
 
+bool PathComparison::startsApart(const Path& a, const Path& b) const {
+    const glm::dvec3 way = frame_.indexDirection(a.direction + b.direction);
+    const bool upright = std::max(std::fabs(way.x), std::fabs(way.y)) <= kSteepestZ * std::fabs(way.z);
+    const int axis = upright ? 2 : mainAxis(way);
+    const double sense = way[axis] > 0 ? 1 : -1;
+    const double p = sense * frame_.indexFromWorld(a.position)[axis],
+                 q = sense * frame_.indexFromWorld(b.position)[axis];
+    // What starts before the grid or behind it is no concern of it.
+    const double low = frame_.min[axis] - 0.5, high = frame_.max[axis] + 0.5;
+    return std::fabs(p - q) > 1 && std::max(p, q) > std::min(sense * low, sense * high) &&
+           std::min(p, q) < std::max(sense * low, sense * high);
+}
+
 bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
@@ -189,7 +202,7 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;
     if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
-    if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.endsApart(a, b))) return true;
+    if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.standApart(a, b))) return true;
     return bendsTooMuch(a, b, m);
 }
 
@@ -205,10 +218,10 @@ bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
 void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, double bend) {
     const double width = compare_.width(a, b);
     Edge& edge = edges_[middle(a.param, b.param)];
-    edge.split = bend > options_.tolerance ||
-                 tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
-                 (width > options_.silhouette &&
-                  ((!obstacles_.none() && obstacles_.between(a, b, width)) || (width > 1 && compare_.endsApart(a, b))));
+    edge.split =
+        bend > options_.tolerance || tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
+        (width > options_.silhouette &&
+         ((!obstacles_.none() && obstacles_.between(a, b, width)) || (width > 1 && compare_.standApart(a, b))));
     if (edge.split) traceMiddle(edge, middle(a.param, b.param), face);
 }
 

@@ -43,8 +43,12 @@ public:
     double bend(const Path& a, const Path& middle, const Path& b) const;
     /// Whether two paths that share a tube land more than a voxel apart.
     bool fansOut(const Path& a, const Path& b) const;
-    /// Whether their ends inside the grid are more than a layer apart, as on a slope or a wall.
+    /// Whether their ends inside the grid or their starts are more than a layer apart.
+    bool standApart(const Path& a, const Path& b) const { return endsApart(a, b) || startsApart(a, b); }
+    /// Their ends: as on a slope or a wall.
     bool endsApart(const Path& a, const Path& b) const;
+    /// Their starts: as of light that leaves level water at a low angle.
+    bool startsApart(const Path& a, const Path& b) const;
     /// A step in depth inside one object is a silhouette too.
     bool stepsInDepth(const Path& a, const Path& middle, const Path& b) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.

@@ -37,8 +37,7 @@ int TubeBuilder::chooseAxis(const Path& a, const Path& b, const Path& c, double 
         for (const auto& v : d)
             for (int other = 0; other < 3; ++other)
                 if (other != axis) slope = std::max(slope, std::fabs(v[other] / v[axis]));
-        // z serves as long as it can: its layers are the cheapest to store.
-        if (axis == 2 && slope <= 1.5) return 2;
+        if (axis == 2 && slope <= kSteepestZ) return 2;
         if (slope < best_slope) best = axis, best_slope = slope;
     }
     return best;

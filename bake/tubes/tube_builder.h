@@ -38,6 +38,10 @@ struct TubeSeed {
 /// A lattice of columns x rows cells, two triangles a cell, corners row by row.
 std::shared_ptr<const BlockTopology> regularTopology(int columns, int rows);
 
+/// Slope of a ray against z [voxels] up to which its tubes are laid in z layers, the cheapest to store, though another
+/// axis be nearer to it.
+constexpr double kSteepestZ = 1.5;
+
 /// Turns triangles of traced paths into tubes of their last legs in the voxeliser's frame, block by block, and keeps
 /// the power ledger.
 class TubeBuilder {

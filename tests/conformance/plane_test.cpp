@@ -63,6 +63,48 @@ TEST_P(FlatWater, FollowsFresnelAndBeerLambert) {
     }
 }
 
+// Light that leaves the water so low that its tubes lie along the water: they start everywhere on it, not at its rim.
+TEST(LowLightOverFlatWater, IsWhereItIsReflected) {
+    for (const std::string method : {"beams", "photons"})
+        for (const double degrees : {30.0, 60.0, 70.0, 80.0}) {
+            const double zenith = degrees * M_PI / 180;
+            const glm::dvec3 d(0.6 * std::sin(zenith), -0.8 * std::sin(zenith), -std::cos(zenith));
+            const Baked baked = bakeText(fmt::format(R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.25]
+max = [0.5, 0.5, 0.5]
+voxel_size = 0.0625
+[[light]]
+type = "sun"
+direction = [{:.17g}, {:.17g}, {:.17g}]
+irradiance = 800
+angular_diameter = 0
+[[surface]]
+name = "water"
+size = [4.0, 4.0]
+outside = "flat"
+flat = true
+event = "reflect"
+)",
+                                                     d.x, d.y, d.z),
+                                         method);
+            const double entering = truth::PlaneWater{800, -d.z, 1, 1.333, 0}.horizontal(0),
+                         expected = 800 + entering / d.z;
+            const double tolerance = method == "photons" ? 0.06 : 2e-4;
+            const GridFrame& f = baked.field().frame();
+            double sum = 0;
+            for (int k = 1; k <= f.max.z; ++k)
+                for (int j = f.min.y; j <= f.max.y; ++j)
+                    for (int i = f.min.x; i <= f.max.x; ++i) {
+                        ASSERT_NEAR(baked.irradiance(i, j, k), expected, tolerance * expected)
+                            << method << " " << degrees << ": " << i << " " << j << " " << k;
+                        sum += baked.irradiance(i, j, k) / expected;
+                    }
+            EXPECT_NEAR(sum / (f.size().x * f.size().y * f.max.z), 1, method == "photons" ? 1e-3 : 1e-5)
+                << method << " " << degrees;
+        }
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, FlatWater, ::testing::ValuesIn(methodNames()),
                          [](const auto& row) { return row.param; });
 

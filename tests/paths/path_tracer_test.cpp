@@ -132,5 +132,20 @@ TEST(CountLeg, SharesAllOfThePowerOut) {
         }
 }
 
+TEST(SpecularEvent, WhatATintedMirrorTurnsIntoItselfIsAllTold) {
+    // Grazing light on a smoothed normal, whose reflection would go into the face.
+    Surface mirror;
+    mirror.event = SurfaceEvent::Mirror, mirror.colour = {0.9, 0.8, 0.4};
+    const glm::dvec3 direction = glm::normalize(glm::dvec3(0.99, 0, -0.14)), face(0, 0, 1),
+                     normal = glm::normalize(glm::dvec3(0.1, 0, 0.995));
+    const SpecularEvent event = specularEvent(mirror, 1, 1, direction, normal, face);
+    ASSERT_EQ(event.count, 0);
+    EXPECT_NEAR(event.dropped, 0.7, 1e-12);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(event.dropped + event.absorbed[c] + event.untraced, 1, 1e-12) << c;
+    const SpecularEvent plain = specularEvent(mirror, 1, 1, {0, 0, -1}, face, face);
+    ASSERT_EQ(plain.count, 1);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(plain.branches[0].fraction[c] + plain.absorbed[c], 1, 1e-12) << c;
+}
+
 }  // namespace
 }  // namespace photic
