@@ -55,5 +55,16 @@ TEST(ShadowArea, UnderFlatWater) { tryAll(ShadowPlace::Water::Flat); }
 TEST(ShadowArea, UnderRipplesOfTwoMillimetres) { tryAll(ShadowPlace::Water::Ripples); }
 TEST(ShadowArea, UnderASwellOfSixMetres) { tryAll(ShadowPlace::Water::Swell); }
 
+TEST(ShadowArea, PhotonsMissAsMuch) {
+    // The reference method and the counted rays share no code: either would show the other's mistake.
+    const int count = std::max(3, placeCount() / 10);
+    for (int n = 0; n < count; ++n) {
+        const ShadowPlace place = shadowPlace(5 * n + 2);
+        const MissingLight missing = missingLight(place, "photons", option("count", std::int64_t{1'000'000}));
+        if (!place.mesh_file.empty()) std::filesystem::remove(place.mesh_file);
+        EXPECT_NEAR(missing.power / place.expected(), 1, 0.01) << place.describe();
+    }
+}
+
 }  // namespace
 }  // namespace photic

@@ -1,0 +1,360 @@
+// SPDX-License-Identifier: Apache-2.0
+// Beams as a user meets them, every setting left as it is, against closed forms and photons. The bounds say what is
+// right; they aren't what some version happened to give.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "tests/conformance/bake_scene.h"
+
+namespace photic {
+namespace {
+
+/// Mean irradiance (all channels) and flux over blocks of side^3 voxels, and by how much two fields differ there.
+class Blocks {
+public:
+    explicit Blocks(int side) : side_(side) {}
+    /// sum |a - b| / sum b over blocks: noise of single voxels is averaged away, errors that stay in place are not.
+    double difference(const LightField& a, const LightField& b) const {
+        const auto x = means(a), y = means(b);
+        double error = 0, sum = 0;
+        for (const auto& [block, value] : y) {
+            const auto it = x.find(block);
+            error += std::fabs((it == x.end() ? 0 : it->second) - value), sum += value;
+        }
+        for (const auto& [block, value] : x)
+            if (!y.count(block)) error += value;
+        return error / sum;
+    }
+
+private:
+    std::map<std::tuple<int, int, int>, double> means(const LightField& field) const {
+        std::map<std::tuple<int, int, int>, double> out;
+        const GridFrame& f = field.frame();
+        for (int k = f.min.z; k <= f.max.z; ++k)
+            for (int j = f.min.y; j <= f.max.y; ++j)
+                for (int i = f.min.x; i <= f.max.x; ++i)
+                    out[{(i - f.min.x) / side_, (j - f.min.y) / side_, (k - f.min.z) / side_}] +=
+                        field.irradiance({i, j, k});
+        return out;
+    }
+    int side_;
+};
+
+double total(const LightField& field) { return field.sum(0); }
+
+/// All light of a bake in one field: which voxels have two lobes is not asked here.
+Baked bakeWhole(const std::string& toml, const std::string& method, const GivenOptions& options = {}) {
+    Baked baked = bakeText(toml, method, options);
+    baked.result.volume = withoutLobes(std::move(baked.result.volume));
+    return baked;
+}
+
+GivenOptions photons(std::int64_t count) { return option("count", count); }
+
+// --- The wave of bake_scene.h, whose voxel means are known.
+
+struct DefaultErrors {
+    std::vector<double> all, flux;
+};
+DefaultErrors errorsOfAWave(double extinction, const std::string& bake) {
+    DefaultErrors errors;
+    for (const int cells : {32, 64, 128}) {
+        WaveScene scene;
+        scene.cells = cells, scene.extinction = extinction;
+        std::string toml = scene.toml();
+        toml.replace(toml.find("quadrature"), std::string::npos, bake);  // the scene's last line
+        const WaveErrors e = waveErrors(scene, bakeText(toml, "beams"), scene.truth());
+        errors.all.push_back(e.irradiance_all), errors.flux.push_back(e.flux_all);
+        fmt::print("  {:3} voxels a metre, extinction {}: irradiance {:.2e}, flux {:.2e}\n", cells, extinction,
+                   e.irradiance_all, e.flux_all);
+    }
+    return errors;
+}
+
+TEST(DefaultSettings, AWaveIsWithinHalfAPercent) {
+    for (const double extinction : {0.0, 1.2}) {
+        const DefaultErrors e = errorsOfAWave(extinction, "");
+        for (std::size_t i = 0; i < 3; ++i) {
+            EXPECT_LT(e.all[i], 0.005) << i;
+            EXPECT_LT(e.flux[i], 0.005) << i;
+        }
+    }
+}
+
+TEST(DefaultSettings, AWaveConvergesWhereOneAsksForMore) {
+    // The default tolerance is a part of a voxel, and one plane misplaces what slants through it: what is left of the
+    // error where light is focused stays the same part of it at any resolution. It falls with both.
+    const DefaultErrors plain = errorsOfAWave(0, ""), finer = errorsOfAWave(0, "quadrature = 4\ntolerance = 0.0625\n");
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(finer.all[i], 0.4 * plain.all[i]) << i;
+}
+
+// --- Against photons.
+
+/// Rough enough for caustics within the box, seen from above and below.
+struct Basin {
+    std::string event = "refract", objects, bake, light = "direction = [0.3, 0.2, -0.9]", surface, medium;
+    double low = -0.75, high = 0.0625, voxel = 0.03125, disc = 0;
+    std::string toml() const {
+        return fmt::format(R"(photic = 1
+[domain]
+min = [-0.5, -0.5, {}]
+max = [0.5, 0.5, {}]
+voxel_size = {}
+[[light]]
+type = "sun"
+{}
+irradiance = 1.0
+angular_diameter = {}
+[[surface]]
+name = "water"
+event = "{}"
+{}
+{}{}[bake]
+{}
+)",
+                           low, high, voxel, light, disc, event, surface.empty() ? waves() : surface, medium, objects,
+                           bake);
+    }
+    static std::string waves() {
+        return R"(size = [3.0, 3.0]
+outside = "none"
+waves = [
+  { amplitude = 0.02, wavelength = 0.8, direction = 20, phase = 0.4 },
+  { amplitude = 0.015, wavelength = 0.5, direction = 95, phase = 1.7 },
+])";
+    }
+};
+
+struct Compared {
+    double blocks = 0;  ///< relative L1 of means over 4^3 voxels
+    double total = 0;   ///< relative difference of all the light
+};
+Compared againstPhotons(const std::string& toml, std::int64_t count = 2'000'000) {
+    const Baked beams = bakeWhole(toml, "beams"), reference = bakeWhole(toml, "photons", photons(count));
+    const Compared c{Blocks(4).difference(beams.field(), reference.field()),
+                     total(beams.field()) / total(reference.field()) - 1};
+    fmt::print("  blocks {:.4f}, total {:+.5f}; ledgers {:.1e} {:.1e}\n", c.blocks, c.total,
+               beams.result.report.power.imbalance(), beams.result.report.path.imbalance());
+    EXPECT_LT(beams.result.report.power.imbalance(), 1e-6);
+    EXPECT_LT(beams.result.report.path.imbalance(), 1e-6);
+    EXPECT_GT(total(reference.field()), 0);
+    return c;
+}
+
+void expectAlike(const std::string& toml, double blocks = 0.01, double all = 0.003) {
+    const Compared c = againstPhotons(toml);
+    EXPECT_LT(c.blocks, blocks);
+    EXPECT_NEAR(c.total, 0, all);
+}
+
+TEST(DefaultSettings, RefractedLightIsThePhotons) { expectAlike(Basin{}.toml()); }
+
+TEST(DefaultSettings, ReflectedLightIsThePhotons) {
+    Basin basin;
+    basin.event = "reflect", basin.low = -0.0625, basin.high = 1, basin.light = "direction = [0.6, 0.3, -0.7]";
+    expectAlike(basin.toml());
+}
+
+TEST(DefaultSettings, BothBranchesAreThePhotons) {
+    Basin basin;
+    basin.event = "both", basin.high = 0.75, basin.light = "direction = [0.6, 0.3, -0.7]";
+    expectAlike(basin.toml());
+}
+
+TEST(DefaultSettings, BothBranchesOfASeaCloseTheLedger) {
+    // Hundreds of metres of water.
+    const Baked baked = bakeText(R"(photic = 1
+[domain]
+resolution = 16
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+[[surface]]
+event = "both"
+size = [600, 600]
+waves = [{ amplitude = 0.3, wavelength = 300, direction = 60 }, { amplitude = 0.1, wavelength = 200, direction = [0, 1], phase = 1 }]
+)",
+                                 "beams");
+    EXPECT_LT(baked.result.report.power.imbalance(), 1e-6);
+    EXPECT_LT(baked.result.report.path.imbalance(), 1e-6);
+}
+
+TEST(DefaultSettings, ADiscBlursAsPhotonsDo) {
+    Basin basin;
+    basin.disc = 0.53;
+    expectAlike(basin.toml());
+}
+
+// --- Meshes as water.
+
+/// The basin's waves as a mesh of n^2 squares over [-half, half]^2; removed at the end.
+class WaterMesh {
+public:
+    WaterMesh(int n, double half)
+        : path_(fmt::format("{}photic_water_{}_{}.obj", ::testing::TempDir(), ::getpid(), n)) {
+        std::ofstream out(path_);
+        const auto height = [](double x, double y) {
+            const auto wave = [&](double a, double l, double degrees, double phase) {
+                const double k = 2 * M_PI / l, d = degrees * M_PI / 180;
+                return a * std::sin(k * (x * std::cos(d) + y * std::sin(d)) + phase);
+            };
+            return wave(0.02, 0.8, 20, 0.4) + wave(0.015, 0.5, 95, 1.7);
+        };
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i <= n; ++i) {
+                const double x = half * (2.0 * i / n - 1), y = half * (2.0 * j / n - 1);
+                out << fmt::format("v {:.9f} {:.9f} {:.9f}\n", x, y, height(x, y));
+            }
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                const int a = j * (n + 1) + i + 1, b = a + 1, c = b + n + 1, d = a + n + 1;
+                out << fmt::format("f {} {} {}\nf {} {} {}\n", a, b, c, a, c, d);
+            }
+    }
+    ~WaterMesh() { std::filesystem::remove(path_); }
+    WaterMesh(const WaterMesh&) = delete;
+    WaterMesh& operator=(const WaterMesh&) = delete;
+    std::string toml() const { return fmt::format("kind = \"mesh\"\nfile = \"{}\"", path_); }
+
+private:
+    std::string path_;
+};
+
+TEST(DefaultSettings, AMeshOfWaterIsThePhotons) {
+    const WaterMesh mesh(60, 1.0);
+    Basin basin;
+    basin.surface = mesh.toml();
+    expectAlike(basin.toml());
+}
+
+TEST(DefaultSettings, AMeshOfWaterIsTheHeightField) {
+    const WaterMesh mesh(300, 1.5);
+    Basin field, triangles;
+    triangles.surface = mesh.toml();
+    const Baked a = bakeText(field.toml(), "beams"), b = bakeText(triangles.toml(), "beams");
+    EXPECT_NEAR(total(b.field()) / total(a.field()), 1, 2e-3);
+    EXPECT_LT(Blocks(2).difference(b.field(), a.field()), 0.01);
+}
+
+TEST(DefaultSettings, AMeshAsAMirrorIsThePhotons) {
+    const WaterMesh mesh(60, 0.6);
+    Basin basin;
+    basin.surface = mesh.toml(), basin.event = "reflect", basin.low = -0.0625, basin.high = 1;
+    expectAlike(basin.toml());
+}
+
+TEST(DefaultSettings, AMeshWithBothBranchesIsThePhotons) {
+    const WaterMesh mesh(60, 0.6);
+    Basin basin;
+    basin.surface = mesh.toml(), basin.event = "both", basin.high = 0.5;
+    expectAlike(basin.toml());
+}
+
+// --- Shadows.
+
+TEST(DefaultSettings, AMeshShadowIsThePhotons) {
+    Basin basin;
+    basin.objects = R"([[object]]
+name = "ball"
+sphere = { center = [0.05, -0.1, -0.35], radius = 0.15 }
+[[object]]
+name = "post"
+role = "blocker"
+box = { min = [-0.35, 0.2, -0.75], max = [-0.27, 0.28, -0.1] }
+)";
+    // Along the shadows' edges light is spread over the smallest tubes.
+    expectAlike(basin.toml(), 0.015, 0.005);
+}
+
+TEST(DefaultSettings, AShadowOnTheWaterIsThePhotons) {
+    Basin basin;
+    basin.objects = R"([[object]]
+name = "roof"
+role = "blocker"
+box = { min = [-0.3, -0.2, 0.3], max = [0.1, 0.25, 0.35] }
+)";
+    expectAlike(basin.toml(), 0.015, 0.005);
+}
+
+TEST(DefaultSettings, APlaneShadowIsThePhotons) {
+    Basin basin;
+    basin.objects = R"([[object]]
+name = "slope"
+plane = { point = [0, 0, -0.5], normal = [-0.5, 0, 1] }
+[[object]]
+name = "wall"
+plane = { point = [0.3, 0, 0], normal = [-1, 0, 0] }
+)";
+    expectAlike(basin.toml(), 0.015, 0.005);
+}
+
+// --- A low sun.
+
+std::string lowSun(const std::string& bake) {
+    return fmt::format(R"(photic = 1
+[domain]
+min = [-0.8, -0.8, -1.1]
+max = [0.8, 0.8, 0.1]
+voxel_size = 0.05
+[[light]]
+type = "sun"
+direction = [0.7399421116938484, -0.6208851530148456, -0.2588190451025208]
+irradiance = 1000.0
+angular_diameter = 0.0
+[[surface]]
+name = "water"
+size = [6.0, 6.0]
+outside = "none"
+waves = [
+  {{ amplitude = 0.012, wavelength = 0.9, direction = 65.0, phase = 1.1 }},
+  {{ amplitude = 0.006, wavelength = 0.55, direction = -25.0, phase = 0.3 }},
+  {{ amplitude = 0.003, wavelength = 0.33, direction = 140.0, phase = 2.2 }},
+]
+[[object]]
+name = "floor"
+plane = {{ point = [0, 0, -1] }}
+[bake]
+{}
+)",
+                       bake);
+}
+
+TEST(DefaultSettings, ALowSunIsWithinOnePercent) {
+    // Voxel by voxel against four planes a layer and a fine mesh.
+    const Baked plain = bakeText(lowSun(""), "beams"),
+                fine = bakeText(lowSun("quadrature = 4\n"), "beams", option("spacing", 0.25));
+    const double error = Blocks(1).difference(plain.field(), fine.field());
+    fmt::print("  relative L1 of voxels {:.4f}\n", error);
+    EXPECT_LT(error, 0.01);
+}
+
+TEST(DefaultSettings, ALowSunIsThePhotons) { expectAlike(lowSun("")); }
+
+// --- The paper's preset.
+
+TEST(DefaultSettings, TheErnstPresetRunsWithinItsErrorInEnergy) {
+    const Baked paper = bakeText(Basin{}.toml(), "beams", option("interpolation", std::string("ernst"))),
+                exact = bakeText(Basin{}.toml(), "beams");
+    EXPECT_LT(paper.result.report.power.imbalance(), 1e-6);
+    const double error = paper.result.report.path.imbalance();
+    fmt::print("  energy off by {:.4f}, blocks by {:.4f}\n", error, Blocks(4).difference(paper.field(), exact.field()));
+    EXPECT_LT(error, 0.1);
+    // The ledger tells the error that there is.
+    EXPECT_NEAR(std::fabs(total(paper.field()) / total(exact.field()) - 1), error, 0.01);
+    EXPECT_LT(Blocks(4).difference(paper.field(), exact.field()), 0.15);
+}
+
+}  // namespace
+}  // namespace photic
