@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/stability/laws.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <tuple>
+
+#include "bake/field/grid_laws.h"
+#include "bake/file/vdb.h"
+#include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
+#include "bake/threads/parallel_for.h"
+#include "tests/conformance/bake_scene.h"
+
+namespace photic::stability {
+namespace {
+
+/// Limits of the laws. Those of ledgers and linearity are rounding; the others are what the method's own settings
+/// allow.
+constexpr double kLedger = 1e-5, kFarLedger = 1e-3;  // far: more than 1e5 voxels from the origin
+constexpr double kLinear = 1e-5;                     // of the brightest voxel
+constexpr double kMoved = 5e-3;                      // relative L1 of blocks of 4^3 voxels
+// What a box that leans holds, which is laid out anew.
+constexpr double kMovedLeaning = 0.1;
+constexpr double kRefined = 0.02;       // the same, a quarter of the tolerance
+constexpr double kRefinedGlass = 0.05;  // bodies of few voxels, seen through others
+constexpr double kPhotons = 0.02;       // relative, of all light; and of the power, of what was emitted
+// The same of media whose index varies: which light has met them, and what of it they absorb, is known to a voxel.
+constexpr double kPhotonsBent = 0.06;
+constexpr std::int64_t kPhotonCount = 1 << 18;
+
+// All light in one lobe: which voxels have two depends on them alone, yet laws are about light.
+Baked joined(Baked baked) {
+    baked.result.volume = withoutLobes(std::move(baked.result.volume));
+    return baked;
+}
+
+Baked bakeModel(const SceneModel& scene, const std::string& directory) {
+    Monitor monitor;
+    Scene parsed = parseScene(scene.toml(directory), "scene.toml", directory, 0, monitor);
+    const std::string method = parsed.bake.method;
+    return joined(bakeScene(std::move(parsed), method));
+}
+
+bool followsAllLight(const SceneModel& scene) {
+    return scene.method == "beams" || scene.method == "photons" || scene.method == "wavefront";
+}
+
+// Light [W m] too faint to be held to: what goes over an edge or two by a voxel.
+double faint(const SceneModel& scene, const BakeReport& report) {
+    return 0.02 * report.power.emitted * scene.voxelSize();
+}
+
+std::optional<Violation> brokenLedger(const SceneModel& scene, const Baked& baked) {
+    const BakeReport& report = baked.result.report;
+    if (!followsAllLight(scene)) return std::nullopt;
+    const glm::ivec3 s = glm::abs(scene.shift);
+    const double limit = std::max({s.x, s.y, s.z}) > 100'000 ? kFarLedger : kLedger;
+    if (!(report.power.imbalance() <= limit))
+        return Violation{"power_ledger", fmt::format("open by {:.3e}, limit {:.0e}", report.power.imbalance(), limit)};
+    // Sums below a millionth of the light are left out.
+    const GridFrame& frame = baked.field().frame();
+    const double volume = frame.voxelVolume() * static_cast<double>(frame.voxelCount());
+    const double left_out = 1e-6 * baked.scene.referenceIrradiance() * volume;
+    const double open = std::fabs(report.path.deposited - report.path.expected);
+    if (!(open <= limit * report.path.expected + left_out))
+        return Violation{"path_ledger",
+                         fmt::format("open by {:.3e} (deposited {:.6e}, expected {:.6e}), limit {:.0e}",
+                                     report.path.imbalance(), report.path.deposited, report.path.expected, limit)};
+    return std::nullopt;
+}
+
+std::optional<Violation> brokenByDoubling(const SceneModel& scene, const Baked& one, const std::string& directory) {
+    SceneModel bright = scene;
+    bright.brightness *= 2;
+    const Baked two = bakeModel(bright, directory);
+    const GridFrame& f = one.field().frame();
+    double worst = 0, brightest = 0;
+    for (int k = f.min.z; k <= f.max.z; ++k)
+        for (int j = f.min.y; j <= f.max.y; ++j)
+            for (int i = f.min.x; i <= f.max.x; ++i) {
+                worst = std::max(worst, std::fabs(two.irradiance(i, j, k) - 2 * one.irradiance(i, j, k)));
+                brightest = std::max(brightest, two.irradiance(i, j, k));
+            }
+    if (worst <= kLinear * brightest) return std::nullopt;
+    return Violation{"linear", fmt::format("doubled light is off by {:.2e} of the brightest voxel", worst / brightest)};
+}
+
+std::optional<Violation> brokenByMoving(const SceneModel& scene, const Baked& here, const std::string& directory) {
+    // Tubes as wide as voxels, or wider, are cut elsewhere.
+    if (scene.options.find("spacing") != std::string::npos || scene.options.find("mesh") != std::string::npos)
+        return std::nullopt;
+    const glm::ivec3 step(5, -3, 2);
+    SceneModel moved = scene;
+    moved.shift += step;
+    const Baked there = bakeModel(moved, directory);
+    // Leaning grids are laid out from the origin, which the light's shear then shifts by parts of a voxel.
+    if (scene.leaning) {
+        const double was = here.result.report.path.deposited, is = there.result.report.path.deposited;
+        if (std::fabs(is - was) <= kMovedLeaning * std::max(was, is) + faint(scene, here.result.report))
+            return std::nullopt;
+        return Violation{"moved", fmt::format("moved, {:.6e} W m of light instead of {:.6e}", is, was)};
+    }
+    // Indices may be moved by the frame too (bands fill the fewest leaves).
+    const glm::ivec3 shift = there.field().frame().min - here.field().frame().min;
+    if (there.field().frame().size() != here.field().frame().size())
+        return Violation{"moved", "the grid's size differs when everything is moved by whole voxels"};
+    const double off = blockDifference(there.field(), here.field(), 4, shift);
+    if (off <= kMoved) return std::nullopt;
+    return Violation{"moved", fmt::format("moved by whole voxels, the field differs by {:.2e}", off)};
+}
+
+std::optional<Violation> brokenByThreads(const SceneModel& scene, const std::string& directory) {
+    setThreadCount(1);
+    const Baked one = bakeModel(scene, directory);
+    setThreadCount(3);
+    const Baked three = bakeModel(scene, directory);
+    setThreadCount(0);
+    if (sameBits(one.field(), three.field()) && one.result.report.power.escaped == three.result.report.power.escaped)
+        return std::nullopt;
+    return Violation{"threads", "one thread and three give other bits"};
+}
+
+std::optional<Violation> brokenByRefining(const SceneModel& scene, const Baked& plain, const std::string& directory) {
+    if (scene.method != "beams" || scene.tolerance > 0.25) return std::nullopt;
+    SceneModel finer = scene;
+    finer.tolerance /= 4;
+    const double off = blockDifference(plain.field(), bakeModel(finer, directory).field(), 4);
+    if (off <= (scene.glasses.empty() ? kRefined : kRefinedGlass)) return std::nullopt;
+    return Violation{"refined", fmt::format("a quarter of the tolerance changes the light by {:.2e}", off)};
+}
+
+std::optional<Violation> brokenByPhotons(const SceneModel& scene, const Baked& beams, const std::string& directory) {
+    if (scene.method != "beams" && scene.method != "wavefront") return std::nullopt;
+    SceneModel other = scene;
+    other.method = "photons", other.caustic = false;
+    other.options = fmt::format("count = {}\n", kPhotonCount);
+    if (scene.options.find("\"off\"") != std::string::npos)
+        for (SceneModel::Lamp& lamp : other.lamps) lamp.disc = 0;
+    const Baked photons = bakeModel(other, directory);
+    const BakeReport &b = beams.result.report, &p = photons.result.report;
+    const double scale = std::max(b.path.deposited, p.path.deposited);
+    const double allowed = scene.index == SceneModel::Index::None ? kPhotons : kPhotonsBent;
+    // What is said to be dropped may be missing, at most on its whole way through the box.
+    const double dropped = std::fabs(b.power.dropped - p.power.dropped) * 2 * scene.scale;
+    if (std::fabs(b.path.deposited - p.path.deposited) > allowed * scale + faint(scene, b) + dropped)
+        return Violation{"photons_light",
+                         fmt::format("beams leave {:.6e} W m, photons {:.6e}", b.path.deposited, p.path.deposited)};
+    // What touches no needed voxel is counted as culled, by a tube as a whole and by a photon for itself: where they
+    // differ there, they may elsewhere.
+    const double culled = std::fabs(b.power.culled - p.power.culled);
+    if (std::max(std::fabs(b.power.emitted - p.power.emitted), culled) > 0.005 * p.power.emitted) return std::nullopt;
+    const auto differ = [&](double x, double y) { return std::fabs(x - y) > kPhotons * p.power.emitted; };
+    if (differ(b.power.received, p.power.received) || differ(b.power.absorbed_surface, p.power.absorbed_surface))
+        return Violation{"photons_blocked",
+                         fmt::format("of {:.4e} W beams see {:.4e} received and {:.4e} absorbed at surfaces, photons "
+                                     "{:.4e} and {:.4e}",
+                                     p.power.emitted, b.power.received, b.power.absorbed_surface, p.power.received,
+                                     p.power.absorbed_surface)};
+    return std::nullopt;
+}
+
+/// A folder of the process's own, removed at the end.
+class Folder {
+public:
+    Folder() {
+        std::string pattern = (std::filesystem::temp_directory_path() / "photic_stability_XXXXXX").string();
+        if (!::mkdtemp(pattern.data())) throw Error(ErrorCode::Failed, "no temporary folder");
+        path_ = pattern;
+    }
+    ~Folder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    const std::string& path() const { return path_; }
+
+private:
+    std::string path_;
+};
+
+// What the child tells: a letter, the law, a new line and the rest.
+std::string verdict(const SceneModel& scene, const std::string& directory) {
+    try {
+        const auto broken = brokenLaw(scene, directory);
+        return broken ? "B" + broken->law + "\n" + broken->what : "H";
+    } catch (const Error& error) {
+        if (error.code() == ErrorCode::Input || error.code() == ErrorCode::Usage)
+            return "R\n" + error.where() + ": " + error.what();
+        return std::string("Berror\n") + error.what();
+    } catch (const std::exception& error) {
+        return std::string("Bexception\n") + error.what();
+    }
+}
+
+}  // namespace
+
+double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift) {
+    std::map<std::tuple<int, int, int>, std::pair<double, double>> blocks;
+    const GridFrame& f = b.frame();
+    for (int k = f.min.z; k <= f.max.z; ++k)
+        for (int j = f.min.y; j <= f.max.y; ++j)
+            for (int i = f.min.x; i <= f.max.x; ++i) {
+                const glm::ivec3 v(i, j, k), block = (v - f.min) / side;
+                auto& [x, y] = blocks[{block.x, block.y, block.z}];
+                x += a.irradiance(v + shift), y += b.irradiance(v);
+            }
+    double off = 0, sum = 0;
+    for (const auto& [place, means] : blocks) off += std::fabs(means.first - means.second), sum += means.second;
+    return sum > 0 ? off / sum : off;
+}
+
+bool sameBits(const LightField& a, const LightField& b) {
+    if (a.leafCount() != b.leafCount()) return false;
+    const auto channels = static_cast<std::size_t>(a.channels().count());
+    for (int slot = 0; slot < a.leafCount(); ++slot) {
+        if (a.state(slot) != b.state(slot)) return false;
+        const std::size_t values = a.state(slot) == LeafState::Dense      ? channels * LightField::kLeafVoxels
+                                   : a.state(slot) == LeafState::Constant ? channels
+                                                                          : 0;
+        const float* x = a.state(slot) == LeafState::Dense ? a.dense(slot) : a.constant(slot).data();
+        const float* y = b.state(slot) == LeafState::Dense ? b.dense(slot) : b.constant(slot).data();
+        if (values > 0 && std::memcmp(x, y, values * sizeof(float)) != 0) return false;
+    }
+    return true;
+}
+
+std::optional<Violation> brokenByField(const LightField& field) {
+    for (const LawCheck& check : checkLaws(field))
+        if (!check.holds)
+            return Violation{"field", fmt::format("{}: {:.6e}, limit {:.1e}", check.name, check.value, check.limit)};
+    return std::nullopt;
+}
+
+std::optional<Violation> brokenLaw(const SceneModel& scene, const std::string& directory) {
+    const Baked baked = bakeModel(scene, directory);
+    if (auto broken = brokenByField(baked.field())) return broken;
+    for (const auto& [name, grid] : baked.result.volume.scalars)
+        if (auto broken = brokenByField(grid)) return broken;
+    if (auto broken = brokenLedger(scene, baked)) return broken;
+    // Where all but nothing is lit, what is there is rounding.
+    const BakeReport& report = baked.result.report;
+    if (report.path.deposited < 1e-9 * report.power.emitted * scene.scale) return std::nullopt;
+    if (auto broken = brokenByDoubling(scene, baked, directory)) return broken;
+    if (auto broken = brokenByThreads(scene, directory)) return broken;
+    if (auto broken = brokenByMoving(scene, baked, directory)) return broken;
+    if (auto broken = brokenByRefining(scene, baked, directory)) return broken;
+    return brokenByPhotons(scene, baked, directory);
+}
+
+Outcome tryScene(const SceneModel& scene, unsigned limit_seconds) {
+    const Folder folder;
+    int ends[2];
+    if (::pipe(ends) != 0) throw Error(ErrorCode::Failed, "no pipe");
+    const pid_t child = ::fork();
+    if (child < 0) throw Error(ErrorCode::Failed, "no process");
+    if (child == 0) {
+        ::close(ends[0]);
+        ::alarm(limit_seconds);
+        const std::string text = verdict(scene, folder.path());
+        const bool written = ::write(ends[1], text.data(), text.size()) == static_cast<ssize_t>(text.size());
+        ::_exit(written ? 0 : 1);
+    }
+    ::close(ends[1]);
+    std::string text(4096, '\0');
+    std::size_t size = 0;
+    for (ssize_t got = 0; size < text.size() && (got = ::read(ends[0], text.data() + size, text.size() - size)) > 0;)
+        size += static_cast<std::size_t>(got);
+    text.resize(size);
+    ::close(ends[0]);
+    int status = 0;
+    ::waitpid(child, &status, 0);
+
+    Outcome outcome;
+    if (text.empty() || !WIFEXITED(status)) {
+        const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
+        outcome.kind = Outcome::Kind::Broken;
+        outcome.violation = {late ? "time" : "crash", late ? fmt::format("took more than {} s", limit_seconds)
+                                                           : fmt::format("ended with status {} (signal {})", status,
+                                                                         WIFSIGNALED(status) ? WTERMSIG(status) : 0)};
+        return outcome;
+    }
+    const std::size_t line = std::min(text.find('\n'), text.size());
+    const std::string rest = line < text.size() ? text.substr(line + 1) : std::string();
+    outcome.kind = text[0] == 'H'   ? Outcome::Kind::Held
+                   : text[0] == 'R' ? Outcome::Kind::Refused
+                                    : Outcome::Kind::Broken;
+    if (outcome.kind == Outcome::Kind::Refused) outcome.refusal = rest;
+    if (outcome.kind == Outcome::Kind::Broken) outcome.violation = {text.substr(1, line - 1), rest};
+    return outcome;
+}
+
+}  // namespace photic::stability

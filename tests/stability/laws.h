@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bake/field/light_field.h"
+#include "tests/stability/scene_model.h"
+
+namespace photic::stability {
+
+/// A law that a bake broke.
+struct Violation {
+    std::string law;   ///< one word: "ledger", "moved" ...
+    std::string what;  ///< with the figure
+};
+
+/// Bakes the scene as often as the laws need it: finite and not negative, |direction| <= 1, both ledgers closed, light
+/// doubled, everything moved by whole voxels, other thread counts, a finer tolerance, and photons of the same scene.
+/// Files go to `directory`, which must exist.
+/// @return the first law that was broken; none where all hold
+/// @throws Error{Input} where the scene is refused
+std::optional<Violation> brokenLaw(const SceneModel& scene, const std::string& directory);
+
+/// The laws that one field can break by itself.
+std::optional<Violation> brokenByField(const LightField& field);
+/// Relative L1 of means over blocks of side^3 voxels between two fields, one of which is moved by `shift` voxels.
+double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift = glm::ivec3(0));
+bool sameBits(const LightField& a, const LightField& b);
+
+/// What became of a scene that was tried in a process of its own.
+struct Outcome {
+    enum class Kind { Held, Refused, Broken };
+    Kind kind = Kind::Held;
+    Violation violation;  ///< Broken: a crash is the law "crash", an exceeded time limit "time"
+    std::string refusal;
+};
+Outcome tryScene(const SceneModel& scene, unsigned limit_seconds);
+
+}  // namespace photic::stability
