@@ -77,6 +77,9 @@ public:
     /// First hit with everything, height fields included. @param meeting  where a surface is hit
     RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
 
+    /// Whether planes or height fields stand in the scene, which may be met far from all bodies.
+    bool standsEndless() const { return caster_.hasPlanes() || !height_fields_.empty(); }
+
     /// What light is in that comes from a lamp or a sun to its first surface.
     /// @param face  geometric normal of the surface, on the side of ior_above
     MediumStack startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const;

@@ -62,9 +62,13 @@ Path PathTracer::traceAcross(const EmissionParam& param) const {
     Path path;
     path.param = param, path.entry = point;
     Meeting at;
-    const RayHit hit = optics_.firstHit(start, direction, std::numeric_limits<double>::infinity(), at);
+    constexpr double kEverywhere = std::numeric_limits<double>::infinity();
+    const RayHit hit = optics_.firstHit(start, direction, kEverywhere, at);
     path.outcome = PathOutcome::Missed;
     if (hit.target != Target{Target::Kind::Surface, history_.front().surface}) return path;
+    // Planes and water have no end: they may stand farther from here than all bodies do.
+    Meeting unused;
+    if (!source && optics_.standsEndless() && optics_.firstHit(start, -direction, kEverywhere, unused)) return path;
     path.outcome = PathOutcome::Lit;
     followHistory({at.position, direction, at.normal, at.face}, path);
     return path;

@@ -262,6 +262,7 @@ RayCaster::RayCaster(RayCaster&&) noexcept = default;
 
 bool RayCaster::empty() const { return impl_->planes.empty() && impl_->spheres.empty() && impl_->meshes.empty(); }
 bool RayCaster::planesOnly() const { return impl_->meshes.empty() && impl_->spheres.empty(); }
+bool RayCaster::hasPlanes() const { return !impl_->planes.empty(); }
 double RayCaster::reachFrom(const glm::dvec3& point) const {
     double reach = impl_->meshes.empty() ? 0 : glm::length(point - impl_->centre) + impl_->radius;
     for (const CastSphere& s : impl_->spheres)

@@ -46,6 +46,7 @@ public:
     bool empty() const;
     /// Only planes do: shadows have no silhouettes inside a convex set of planes.
     bool planesOnly() const;
+    bool hasPlanes() const;
 
     /// Hits closer than some 4e-6 of the meshes' size (planes: 1e-12 of the distance to the world's origin) are taken
     /// for the face that the ray starts on, and ignored. A ray that is not finite hits nothing.

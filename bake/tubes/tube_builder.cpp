@@ -173,12 +173,12 @@ int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dve
             for (const Path* other : corners)
                 if (other->outcome == PathOutcome::Lit) path = other;
     const glm::dvec3 third = emission_->power(a.entry, b.entry, c.entry) * shareOfCorner(corners);
-    glm::dvec3 power(0);
+    std::array<glm::dvec3, 3> power{};  // of each corner's share
     bool lit = false, directed = true;
     for (const Path* path : laid) directed = directed && path->direction != glm::dvec3(0);
-    for (const Path* path : corners) {
-        if (path->outcome != PathOutcome::Lit) continue;
-        power += third * path->arriving * path->fraction, lit = true;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (corners[i]->outcome != PathOutcome::Lit) continue;
+        power[i] = third * corners[i]->arriving * corners[i]->fraction, lit = true;
     }
     const int axis = lit && directed ? chooseAxis(*laid[0], *laid[1], *laid[2], kLastSlope) : -1;
     // At the floor of refinement, and still no tube: a corner without a ray, or rays that part by 90 degrees.
@@ -208,19 +208,37 @@ void TubeBuilder::joinSeeds(std::size_t first, const Path& a, const Path& b, con
     seeds_.push_back(joined);
 }
 
-void TubeBuilder::layTube(const Corners& corners, int axis, const glm::dvec3& power) {
+// Where legs end on different things the tube is laid once for each of them, with the power of the corners that end
+// there: so the outline of a shadow lies neither inside of what casts it nor outside, on the whole.
+void TubeBuilder::layTube(const Corners& corners, int axis, const std::array<glm::dvec3, 3>& powers) {
+    std::array<double, 3> ends{corners[0]->end_distance, corners[1]->end_distance, corners[2]->end_distance};
+    if (optics_->caster().planesOnly() || sameEnd(*corners[0], *corners[1], *corners[2]))
+        return layPart(corners, axis, powers[0] + powers[1] + powers[2], ends);
+    bool laid[3] = {false, false, false};
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (laid[i] || corners[i]->outcome != PathOutcome::Lit) continue;
+        glm::dvec3 power(0);
+        double nearest = std::numeric_limits<double>::infinity();
+        for (std::size_t k = i; k < 3; ++k) {
+            if (corners[k]->outcome != PathOutcome::Lit || corners[k]->end != corners[i]->end) continue;
+            power += powers[k], laid[k] = true;
+            nearest = std::min(nearest, corners[k]->end_distance);
+        }
+        for (std::size_t k = 0; k < 3; ++k) {
+            const bool belongs = corners[k]->outcome == PathOutcome::Lit && corners[k]->end == corners[i]->end;
+            ends[k] = belongs ? corners[k]->end_distance : nearest;
+        }
+        if (power != glm::dvec3(0)) layPart(corners, axis, power, ends);
+    }
+}
+
+void TubeBuilder::layPart(const Corners& corners, int axis, const glm::dvec3& power,
+                          const std::array<double, 3>& ends) {
     const Path& a = *corners[0];
     const glm::dvec3 way = a.direction + corners[1]->direction + corners[2]->direction;
     const int s = setFor(axis, frame().indexDirection(a.direction)[axis] > 0, way);
     TubeSet& set = sets_[static_cast<std::size_t>(s)];
     openBlock(s, a.medium);
-    double ends[3] = {a.end_distance, corners[1]->end_distance, corners[2]->end_distance};
-    if (!optics_->caster().planesOnly() && !sameEnd(a, *corners[1], *corners[2])) {
-        double first = std::numeric_limits<double>::infinity();
-        for (std::size_t i = 0; i < 3; ++i)
-            if (corners[i]->outcome == PathOutcome::Lit) first = std::min(first, ends[i]);
-        ends[0] = ends[1] = ends[2] = first;
-    }
     BlockTopology::Triangle triangle{};
     for (std::size_t i = 0; i < 3; ++i) triangle.corner[i] = cornerIndex(s, *corners[i], ends[i]);
     open_[static_cast<std::size_t>(s)].triangles.push_back(triangle);

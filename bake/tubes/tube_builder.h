@@ -117,7 +117,9 @@ private:
     std::uint8_t cornerIndex(int set, const Path& path, double end_distance);
     void openBlock(int set, int medium);
     void closeBlock(int set);
-    void layTube(const Corners& corners, int axis, const glm::dvec3& power);
+    /// @param powers  of each corner's share [W]
+    void layTube(const Corners& corners, int axis, const std::array<glm::dvec3, 3>& powers);
+    void layPart(const Corners& corners, int axis, const glm::dvec3& power, const std::array<double, 3>& ends);
     TubeConstants constantsOf(const Corners& corners, int axis, const glm::dvec3& power) const;
     double countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid);
     bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
