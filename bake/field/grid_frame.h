@@ -60,6 +60,13 @@ public:
         return exit;
     }
 
+    /// Distance [m] at which a ray leaves the box along its main axis; < 0 when that lies behind it. One that passes
+    /// beside the box goes on as far as its neighbours do that enter it.
+    double passDistance(const glm::dvec3& position, const glm::dvec3& direction) const {
+        const int a = mainAxis(direction);
+        return ((direction[a] > 0 ? max[a] + 0.5 : min[a] - 0.5) - position[a]) / direction[a];
+    }
+
     /// Part of a ray inside the box, from 0 on [in units of `direction`]; false when it misses.
     /// @param origin, direction  in the world
     bool clip(const glm::dvec3& origin, const glm::dvec3& direction, double& begin, double& end) const {

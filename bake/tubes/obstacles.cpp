@@ -78,7 +78,7 @@ ConvexRegion Obstacles::spaceBetween(const Leg& a, const Leg& b) const {
 
 Obstacles::Leg Obstacles::lastLeg(const Path& path, double shortened_voxels) const {
     const GridFrame& frame = optics_.frame();
-    const double exit = frame.exitDistance(frame.indexFromWorld(path.position), frame.indexDirection(path.direction));
+    const double exit = frame.passDistance(frame.indexFromWorld(path.position), frame.indexDirection(path.direction));
     const double voxel = metresPerVoxel(frame, path.direction);
     double end = std::min(path.hit_distance, std::max(0.0, exit));
     if (path.end.kind != Target::Kind::Nothing) end = std::max(0.0, end - shortened_voxels * voxel);

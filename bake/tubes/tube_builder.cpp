@@ -48,7 +48,7 @@ bool TubeBuilder::missesBox(const Corners& corners) const {
     bool below[3] = {true, true, true}, above[3] = {true, true, true};
     for (const Path* path : corners) {
         const glm::dvec3 p = frame().indexFromWorld(path->position), d = frame().indexDirection(path->direction);
-        const glm::dvec3 q = p + d * std::min(path->end_distance, std::max(0.0, frame().exitDistance(p, d)));
+        const glm::dvec3 q = p + d * std::min(path->end_distance, std::max(0.0, frame().passDistance(p, d)));
         for (int a = 0; a < 3; ++a) {
             below[a] = below[a] && std::max(p[a], q[a]) < frame().min[a] - 0.5;
             above[a] = above[a] && std::min(p[a], q[a]) > frame().max[a] + 0.5;

@@ -55,11 +55,11 @@ TEST(Interrupt, IsReported) {
 TEST(Interrupt, MoreMemoryThanIsAllowedEndsTheRun) {
     const Workplace place;
     PoolText pool;
-    pool.voxel_size = 2.0 / 160;
+    pool.voxel_size = 2.0 / 208;
     place.write("pool.toml", pool.text());
     ASSERT_EQ(photic(place, {"bake", "pool.toml", "--grids", "irradiance,direction,caustic"}).code, 0);
     const std::string before = place.read("pool.vdb");
-    // Reading takes some 60 MB for the volume beside the program's own.
+    // Reading takes some 130 MB for the volume beside the program's own.
     const Outcome outcome = photic(place, {"post", "pool.vdb", "--as-light", "--step", "dissipate=0,0.9", "-o",
                                            "post.vdb", "--max-memory", "40MB"});
     EXPECT_EQ(outcome.code, 4) << outcome.err;
