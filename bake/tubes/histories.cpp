@@ -153,6 +153,8 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
     LaunchOptions options = options_;
     options.tubes.counts_emission = first_branch && history.size() == 1;
     options.tubes.counts_event = first_branch;
+    const Surface& last = optics_.scene().surfaces[static_cast<std::size_t>(history.back().surface)];
+    options.tubes.counts_dropped = !first_branch || branchesOf(last).size() == 1;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
     options.refine.full_share = fullShare(optics_, history.front().surface);
     if (history.size() > 1 || optics_.scene().surfaces[static_cast<std::size_t>(history.front().surface)].closed)

@@ -77,7 +77,7 @@ bool PathComparison::missesGrid(const Path& a, const Path& b) const {
     for (const Path* path : {&a, &b}) {
         if (isLost(*path)) continue;  // lays nothing
         const glm::dvec3 p = frame_.indexFromWorld(path->position), d = frame_.indexDirection(path->direction);
-        const double length = std::min(path->hit_distance, std::max(0.0, frame_.passDistance(p, d)));
+        const double length = std::min(path->hit_distance, std::max(0.0, frame_.exitDistance(p, d)));
         const glm::dvec3 q = p + d * length;
         for (int k = 0; k < 3; ++k) {
             below[k] = below[k] && std::max(p[k], q[k]) < frame_.min[k] - 0.5 - margin;
@@ -115,7 +115,7 @@ double PathComparison::entryWidth(const Path& a, const Path& b) const {
 // Where a path's deposit ends in the grid's box, in index space.
 glm::dvec3 PathComparison::landing(const Path& path) const {
     const glm::dvec3 p = frame_.indexFromWorld(path.position), d = frame_.indexDirection(path.direction);
-    return p + d * std::min(path.end_distance, std::max(frame_.passDistance(p, d), 0.0));
+    return p + d * std::min(path.end_distance, std::max(frame_.exitDistance(p, d), 0.0));
 }
 
 bool PathComparison::fansOut(const Path& a, const Path& b) const {
@@ -151,7 +151,7 @@ bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b) c
 
 double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
     const glm::dvec3 pm = frame_.indexFromWorld(m.position), dm = frame_.indexDirection(m.direction);
-    if (frame_.passDistance(pm, dm) <= 0 && !std::isfinite(m.end_distance)) return 0;
+    if (frame_.exitDistance(pm, dm) <= 0 && !std::isfinite(m.end_distance)) return 0;
     const int axis = mainAxis(dm);
     const glm::dvec3 at = landing(m);
     const auto onPlane = [&](const Path& path) {
@@ -207,7 +207,7 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
 }
 
 bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
-    if (!(options_.tolerance > 0)) return false;
+    if (!(options_.tolerance > 0) || compare_.missesGrid(a, b)) return false;
     // What is misplaced counts by its power, and tubes go with one over the tolerance: the sum of errors is least for a
     // given number of tubes when each history's tolerance goes with one over the root of its power.
     const double coarser = std::sqrt(std::clamp(compare_.share(a, b) / options_.full_share, kFaintest, 1.0));

@@ -79,11 +79,14 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
     const glm::dvec3 arriving = emitted * path.arriving;
     arriving_ += channelMean(arriving);
     const double absorbed = channelMean(arriving * path.absorbed);
-    kept_ += channelMean(arriving) * (path.untraced + path.dropped) + absorbed;
+    kept_ += channelMean(arriving) * path.untraced + absorbed;
     if (launch_.counts_event) {
         power_.reflected += channelMean(arriving) * path.untraced;
-        power_.dropped += channelMean(arriving) * path.dropped;
         power_.absorbed_surface += absorbed;
+    }
+    if (launch_.counts_dropped) {
+        power_.dropped += channelMean(arriving) * path.dropped;
+        leaving_ += channelMean(arriving) * path.dropped;
     }
     if (path.outcome != PathOutcome::Lit) return 0;
     const glm::dvec3 power = arriving * path.fraction;

@@ -22,8 +22,9 @@ struct TubeLaunch {
     int channels = 1;             ///< of power: 1 white, 3 coloured
     bool counts_emission = true;  ///< false for a second history of the same light: what is emitted is counted once
     bool counts_event = true;     ///< false for a second branch of the same event: what it leaves out is counted once
-    bool follows_on = false;      ///< light that meets a specular surface is handed on to longer histories
-    glm::dvec3 lobe_axis{0};      ///< tubes that travel against it belong to the second lobe; 0: all to the first
+    bool counts_dropped = true;  ///< what an event turns the wrong way: by the last of its branches, whose rays show it
+    bool follows_on = false;     ///< light that meets a specular surface is handed on to longer histories
+    glm::dvec3 lobe_axis{0};     ///< tubes that travel against it belong to the second lobe; 0: all to the first
 };
 
 /// Paths that meet a specular surface at the end of a tube: the domain of the histories that continue them.

@@ -173,6 +173,18 @@ TEST(DefaultSettings, BothBranchesAreThePhotons) {
     expectAlike(basin.toml());
 }
 
+TEST(DefaultSettings, BothBranchesOfSteepWaterAreThePhotons) {
+    // Where the waves face away from a low sun, what they reflect would go into the water and is dropped: no other
+    // light may make up for it.
+    Basin basin;
+    basin.event = "both", basin.high = -0.02, basin.voxel = 0.04;
+    basin.light = "direction = [0.93, -0.08, -0.358]";
+    basin.surface = R"(size = [2, 2]
+outside = "periodic"
+waves = [{ amplitude = 0.11, wavelength = 0.92, direction = 57, phase = 4.15 }])";
+    expectAlike(basin.toml(), 0.01, 0.002);
+}
+
 TEST(DefaultSettings, BothBranchesOfASeaCloseTheLedger) {
     // Hundreds of metres of water.
     const Baked baked = bakeText(R"(photic = 1
