@@ -15,7 +15,7 @@ namespace photic::runtime {
 /// Costs some eighty glGet calls: one guard per pass, not per draw.
 class GlStateGuard {
 public:
-    static constexpr int kTextureUnits = 10;   ///< units 0 to 9 are put back; the library uses no other
+    static constexpr int kTextureUnits = 12;   ///< units 0 to 11 are put back; the library uses no other
     static constexpr int kBufferBindings = 6;  ///< uniform and storage bindings 0 to 5 likewise
 
     explicit GlStateGuard(const GlFunctions& gl);

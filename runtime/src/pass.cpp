@@ -94,6 +94,13 @@ void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfac
     runtime::bindGBuffer(gl(), uniforms, surfaces, nearest_);
 }
 
+void FullScreenPass::bindNearest(unsigned unit, GLuint texture) {
+    if (!nearest_) nearest_ = makeNearestSampler(gl());
+    gl().ActiveTexture(GL_TEXTURE0 + unit);
+    gl().BindTexture(GL_TEXTURE_2D, texture);
+    gl().BindSampler(unit, nearest_);
+}
+
 std::vector<LitVolume> allLobes(const std::vector<LitVolume>& volumes) {
     std::vector<LitVolume> lobes;
     for (const LitVolume& v : volumes) {

@@ -31,6 +31,9 @@ public:
     /// g_buffer.glsl.
     void bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces);
 
+    /// A 2D texture without filters of the game's.
+    void bindNearest(unsigned unit, GLuint texture);
+
     /// Draws over the whole viewport with the program in use.
     void drawTriangle();
 

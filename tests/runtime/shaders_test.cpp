@@ -62,7 +62,9 @@ TEST_F(Shaders, PassesCompileInEveryVersion) {
     const std::vector<std::vector<Define>> variants = {{},
                                                        {{"PHOTIC_LAYOUT", "1"}},
                                                        {{"PHOTIC_LAYOUT", "2"}, {"PHOTIC_EXACT", "1"}},
-                                                       {{"PHOTIC_LIGHT_IN_BUFFER", "1"}}};
+                                                       {{"PHOTIC_LIGHT_IN_BUFFER", "1"}},
+                                                       {{"PHOTIC_LIT", "1"}},
+                                                       {{"PHOTIC_BENT_GRADIENTS", "1"}, {"PHOTIC_EULER", "1"}}};
     int compiled = 0;
     for (const std::string& name : embeddedShaders()) {
         const std::string stage = stageOf(name);
@@ -74,7 +76,9 @@ TEST_F(Shaders, PassesCompileInEveryVersion) {
                 expectCompiles(text->text, stage, name + " as " + version);
                 ++compiled;
                 // Others do not look at the defines.
-                if (text->text.find("photicLocal") == std::string::npos) break;
+                if (text->text.find("photicLocal") == std::string::npos &&
+                    text->text.find("photicBent") == std::string::npos)
+                    break;
             }
         }
     }

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+// Eye rays through objects whose index varies. Behind photic_bent.glsl and the functions
+//     vec3 photicEnvironment(vec3 direction)
+//     bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance)    // what opaque thing is met, if any
+// and, with PHOTIC_LIT, behind photic_volume.glsl.
+//
+// A ray goes as a ball under gravity, dx/ds = p, dp/ds = grad(n^2 / 2), |p| = n (Ihrke et al. 2007, eqs. 8 to 10, with s
+// instead of length): half a step straight on, one look at the gradient, half a step with the new momentum. With
+// PHOTIC_EULER by their eqs. 11 and 12 instead.
+#ifdef PHOTIC_LIT
+#include "photic_phase.glsl"
+#endif
+
+#define PHOTIC_BENT_STACK 4
+#define PHOTIC_BENT_STEP 0
+#define PHOTIC_BENT_ENTER 1  // through a sharp side
+#define PHOTIC_BENT_START 2  // the eye is in an object
+
+/// A ray, as it is followed. Where nothing bends it, it goes straight from `start`: places are start + count * step *
+/// momentum, never summed up, so that passing over many steps at once changes no bit.
+struct PhoticBentRay {
+    vec3 start;
+    vec3 momentum;  // as long as n
+    float step, count;
+    vec3 force;     // at the last look [1/m]
+    int object;     // -1: in air; -2: just out of a box
+    int look;       // what its next look-up is for: PHOTIC_BENT_STEP ...
+    vec3 weight;    // what of the radiance from further on arrives, times (n_there / n_eye)^2
+};
+/// A face that is being crossed: Fresnel's equations need the momentum before and after.
+struct PhoticBentFace {
+    bool open;
+    vec3 place, before, kick;
+};
+
+/// Share of the power that a face reflects, averaged over both polarisations, from the momentum before and after along
+/// its normal and n^2 of both sides. However thick the face is: r_s = tanh(ln(b / a) / 2), whatever the way from a to b.
+float photicFresnel(float a, float b, float square_a, float square_b) {
+    float s = (b - a) / (b + a), q = square_b * a / (square_a * b), p = (q - 1.0) / (q + 1.0);
+    return min(1.0, 0.5 * (s * s + p * p));
+}
+
+/// What of the radiance at `n` arrives, given what of basic radiance (over n^2) does.
+float photicBasic(float square) { return photic_bent_march.w != 0.0 ? 1.0 : 1.0 / square; }
+
+/// State of a pixel's tree of rays.
+vec3 photic_bent_sum;
+PhoticBentRay photic_bent_ray;
+PhoticBentFace photic_bent_face;
+vec3 photic_bent_places[PHOTIC_BENT_STACK], photic_bent_ways[PHOTIC_BENT_STACK], photic_bent_weights[PHOTIC_BENT_STACK];
+int photic_bent_pending;
+bool photic_bent_touched;
+// A stretch with one medium and no bend: steps, and what it does.
+float photic_bent_stretch;
+vec3 photic_bent_extinction, photic_bent_emission;
+
+vec3 photicBentPlace() {
+    return photic_bent_ray.start + (photic_bent_ray.count * photic_bent_ray.step) * photic_bent_ray.momentum;
+}
+
+/// Light of a length of medium with one extinction and emission, and what it takes.
+void photicBentPass(vec3 extinction, vec3 emission, float length_m, float square) {
+    if (extinction == vec3(0.0) && emission == vec3(0.0)) return;
+    vec3 depth = extinction * length_m, left = exp(-depth);
+    vec3 mean = mix((1.0 - left) / max(depth, vec3(1e-6)), 1.0 - 0.5 * depth, lessThan(depth, vec3(0.001)));
+    if (photic_bent_only_scattered == 0)
+        photic_bent_sum += photic_bent_ray.weight * emission * mean * (length_m * photicBasic(square));
+    photic_bent_ray.weight *= left;
+    photic_bent_touched = true;
+}
+
+/// Ends the stretch.
+void photicBentFlush() {
+    if (photic_bent_stretch > 0.0) {
+        float square = dot(photic_bent_ray.momentum, photic_bent_ray.momentum);
+        photicBentPass(photic_bent_extinction, photic_bent_emission,
+                       photic_bent_stretch * photic_bent_ray.step * sqrt(square), square);
+    }
+    photic_bent_stretch = 0.0;
+}
+
+/// A branch is kept for later, or, where there is no room or it is faint, sees the environment straight away.
+void photicBentPush(vec3 place, vec3 momentum, vec3 weight) {
+    float strongest = max(weight.x, max(weight.y, weight.z));
+    if (strongest <= 0.0) return;
+    photic_bent_touched = true;
+    if (photic_bent_pending < min(PHOTIC_BENT_STACK, photic_bent_counts.z) && strongest >= photic_bent_march.z) {
+        photic_bent_places[photic_bent_pending] = place;
+        photic_bent_ways[photic_bent_pending] = momentum;
+        photic_bent_weights[photic_bent_pending] = weight;
+        ++photic_bent_pending;
+    } else {
+        photic_bent_sum += weight * photicEnvironment(normalize(momentum));
+    }
+}
+
+/// The face that is open has been crossed: reflects its share. What its steps have made of the momentum along its
+/// normal is put right, so that |p| is n again: Snell's law holds however long the steps were.
+/// @param square  n^2 where the ray is
+void photicBentCloseFace(float square) {
+    if (!photic_bent_face.open) return;
+    photic_bent_face.open = false;
+    vec3 kick = photic_bent_ray.momentum - photic_bent_face.before;
+    float size = length(kick);
+    if (size < 1e-3) return;
+    vec3 normal = kick / size;
+    float a = dot(photic_bent_face.before, normal), b = dot(photic_bent_ray.momentum, normal);
+    vec3 along = photic_bent_ray.momentum - b * normal;
+    float right = square - dot(along, along);
+    if (right > 0.0) {
+        b = b < 0.0 ? -sqrt(right) : sqrt(right);
+        photic_bent_ray.momentum = along + b * normal;
+    }
+    if (a * b <= 0.0) return;  // it was turned back: all of the light goes that way
+    float share = photicFresnel(a, b, dot(photic_bent_face.before, photic_bent_face.before), square);
+    photicBentPush(photic_bent_face.place, photic_bent_face.before - (2.0 * a) * normal, photic_bent_ray.weight * share);
+    photic_bent_ray.weight *= 1.0 - share;
+}
+
+void photicBentBegin(vec3 place, vec3 momentum, vec3 weight, int object) {
+    photic_bent_ray = PhoticBentRay(place, momentum, 0.0, 0.0, vec3(0.0), object, PHOTIC_BENT_STEP, weight);
+    photic_bent_face.open = false;
+    photic_bent_stretch = 0.0;
+}
+
+/// At a sharp side of an object's box: refracts the ray, or reflects all of it. @param into  of the object
+/// @param square  n^2 on the side that it goes to
+void photicBentCrossSide(int object, vec3 place, bool into, float square) {
+    vec3 node = photicBentNode(object, place);
+    vec3 low = node - photic_bent_objects[object].box_low.xyz, high = photic_bent_objects[object].box_high.xyz - node;
+    vec3 nearest = min(abs(low), abs(high));
+    vec3 row = nearest.x <= nearest.y && nearest.x <= nearest.z   ? photic_bent_objects[object].row_x.xyz
+               : nearest.y <= nearest.z ? photic_bent_objects[object].row_y.xyz
+                                        : photic_bent_objects[object].row_z.xyz;
+    vec3 normal = normalize(row), p = photic_bent_ray.momentum;
+    float a = dot(p, normal);
+    if (a < 0.0) normal = -normal, a = -a;
+    vec3 along = p - a * normal, mirrored = along - a * normal;
+    float b2 = square - dot(along, along);
+    // A hair beyond the side, where the ray is on the one it goes on in.
+    vec3 hair = normal * (1e-3 * photic_bent_objects[object].scattering.w);
+    photic_bent_touched = true;
+    if (b2 <= 0.0) {
+        photicBentBegin(place - hair, mirrored, photic_bent_ray.weight, into ? -1 : object);
+        return;
+    }
+    float share = photicFresnel(a, sqrt(b2), dot(p, p), square);
+    photicBentPush(place - hair, mirrored, photic_bent_ray.weight * share);
+    photicBentBegin(place + hair, along + sqrt(b2) * normal, photic_bent_ray.weight * (1.0 - share), into ? object : -1);
+}
+
+#ifdef PHOTIC_LIT
+/// Light of the volume that a step scatters towards the eye.
+void photicBentScatter(PhoticBentMedium m, vec3 place, float length_m, float square) {
+    if (m.scattering == vec3(0.0)) return;
+    PhoticLight light = photicSample(place + photic_bent_origin.xyz);
+    if (!(light.mean > 0.0)) return;
+    float size = length(light.flux);
+    float cosine = size > 0.0 ? -dot(light.flux, photic_bent_ray.momentum) / (size * sqrt(square)) : 0.0;
+    float phase = photicPhase(cosine, m.anisotropy * min(1.0, size / light.mean));
+    vec3 half_way = exp(-0.5 * length_m * (m.absorption + m.scattering));
+    photic_bent_sum += photic_bent_ray.weight * half_way * m.scattering * light.irradiance *
+                       (phase * length_m * photicBasic(square));
+    photic_bent_touched = true;
+}
+#endif
+
+/// Steps to take at once: those that are alike for certain.
+float photicBentJump(int object, vec3 node, vec3 rate) {
+    int reach = photicBentReach(object, node);
+    vec3 block = floor(node * 0.25);
+    vec3 low = max((block - float(reach - 1)) * 4.0, photic_bent_objects[object].box_low.xyz);
+    vec3 high = min((block + float(reach)) * 4.0, photic_bent_objects[object].box_high.xyz);
+    vec3 room = mix(node - low, high - node, greaterThan(rate, vec3(0.0)));
+    vec3 steps = room / max(abs(rate), vec3(1e-12));
+    // One less, so that the ray doesn't pass a sharp side either.
+    return max(1.0, floor(min(steps.x, min(steps.y, steps.z))) - 1.0);
+}
+
+#ifdef PHOTIC_EULER
+/// The paper's step, eqs. 11 and 12: v is our momentum, and the length of a step is the same everywhere.
+void photicBentEuler(PhoticRefraction here) {
+    int object = photic_bent_ray.object;
+    float n = sqrt(1.0 + 2.0 * here.excess), ds = photic_bent_march.x * photic_bent_objects[object].scattering.w;
+    photic_bent_ray.start += (ds / n) * photic_bent_ray.momentum;
+    photic_bent_ray.momentum += (ds / n) * here.gradient;
+    PhoticBentMedium medium = photicBentMedium(object, photicBentNode(object, photic_bent_ray.start));
+    photicBentPass(medium.absorption + medium.scattering, medium.emission, ds, n * n);
+    photic_bent_touched = photic_bent_touched || here.gradient != vec3(0.0);
+    if (!photicBentHolds(object, photicBentNode(object, photic_bent_ray.start))) photic_bent_ray.object = -2;
+}
+#endif
+
+/// What a step does that bends, scatters, or ends at a sharp side.
+void photicBentKick(vec3 middle, vec3 force, PhoticBentMedium medium, bool bends, bool leaves) {
+    photicBentFlush();
+    float step = photic_bent_ray.step, square = dot(photic_bent_ray.momentum, photic_bent_ray.momentum);
+    vec3 momentum = photic_bent_ray.momentum + step * force;
+    float length_m = 0.5 * step * (sqrt(square) + length(momentum));
+#ifdef PHOTIC_LIT
+    photicBentScatter(medium, middle, length_m, square);
+#endif
+    photicBentPass(medium.absorption + medium.scattering, medium.emission, length_m, square);
+    photic_bent_face.kick += step * force;
+    photic_bent_touched = photic_bent_touched || bends;
+    if (bends || leaves) {
+        photic_bent_ray.start = middle + (0.5 * step) * momentum;
+        photic_bent_ray.momentum = momentum;
+        photic_bent_ray.count = 0.0;
+    } else {
+        photic_bent_ray.count += 1.0;
+    }
+    photic_bent_ray.force = force;
+}
+
+/// One step that goes straight on, or `jump` that are alike.
+void photicBentDrift(PhoticBentMedium medium, float jump, float longest) {
+    vec3 extinction = medium.absorption + medium.scattering;
+    if (extinction != photic_bent_extinction || medium.emission != photic_bent_emission) photicBentFlush();
+    photic_bent_extinction = extinction;
+    photic_bent_emission = medium.emission;
+    photic_bent_stretch += jump;
+    photic_bent_ray.count += jump;
+    photic_bent_ray.force = vec3(0.0);
+    if (photic_bent_ray.step < longest) {
+        photicBentFlush();
+        photic_bent_ray.start = photicBentPlace();
+        photic_bent_ray.count = 0.0;
+    }
+}
+
+/// The ray goes on from where it is, with another momentum or step.
+void photicBentAnew() {
+    photicBentFlush();
+    photic_bent_ray.start = photicBentPlace();
+    photic_bent_ray.count = 0.0;
+}
+
+/// One look at the index, in the ray's object, and what follows: a step, or several that are alike.
+void photicBentLook(int channel) {
+    int object = photic_bent_ray.object;
+    float n = length(photic_bent_ray.momentum), longest = 0.0, room = 1e30;
+    vec3 place = photic_bent_ray.start, node = vec3(0.0);
+    bool even = false, leaves = false;
+#ifndef PHOTIC_EULER
+    if (photic_bent_ray.look == PHOTIC_BENT_STEP) {
+        longest = photic_bent_march.x / length(photicBentNodeVector(object, photic_bent_ray.momentum));
+        if (photic_bent_ray.count == 0.0)
+            photic_bent_ray.step = min(longest, photic_bent_march.y * n / max(length(photic_bent_ray.force), 1e-12));
+        if (photic_bent_objects[object].box_low.w != 0.0) {
+            room = photicBentBox(object, photicBentPlace(), photic_bent_ray.momentum).y;
+            leaves = room <= photic_bent_ray.step;
+            if (leaves) {
+                photicBentAnew();
+                photic_bent_ray.step = max(room, 0.0);
+            }
+        }
+        place = photic_bent_ray.start +
+                ((photic_bent_ray.count + 0.5) * photic_bent_ray.step) * photic_bent_ray.momentum;
+        node = photicBentNode(object, place);
+        even = photic_bent_counts.w != 0 && photic_bent_objects[object].block.w == 0 && !photic_bent_face.open &&
+               photicBentReach(object, node) > 0;
+    }
+#endif
+    PhoticRefraction here = PhoticRefraction(0.0, vec3(0.0));
+    if (!even) here = photicBentAt(object, place, channel);
+    float square = 1.0 + 2.0 * here.excess;
+    if (photic_bent_ray.look == PHOTIC_BENT_ENTER) {
+        photicBentCrossSide(object, place, true, square);
+        return;
+    }
+    if (photic_bent_ray.look == PHOTIC_BENT_START) {
+        photic_bent_ray.look = PHOTIC_BENT_STEP;
+        photic_bent_ray.momentum *= sqrt(square);
+        if (photic_bent_march.w == 0.0) photic_bent_ray.weight *= square;
+        return;
+    }
+#ifdef PHOTIC_EULER
+    photicBentEuler(here);
+#else
+    vec3 force = here.gradient;
+    float strength = length(force), step = photic_bent_ray.step;
+    // Too long for what was met: again, shorter.
+    if (strength * step > 1.5 * photic_bent_march.y * n && !leaves && step > 0.02 * longest) {
+        photicBentAnew();
+        photic_bent_ray.force = force;
+        return;
+    }
+    bool bends = strength > 0.0, face = bends && photicBentFace(object, node);
+    if (photic_bent_face.open && (!face || dot(force, photic_bent_face.kick) < 0.0)) {
+        // Behind it, or where the next one begins; the step is taken anew with the momentum that comes of it. The index
+        // is that of the step's middle, less what it changes from here to there.
+        photicBentAnew();
+        photicBentCloseFace(square - 2.0 * dot(force, place - photic_bent_ray.start));
+        return;
+    }
+    if (face && !photic_bent_face.open)
+        photic_bent_face = PhoticBentFace(true, photicBentPlace(), photic_bent_ray.momentum, vec3(0.0));
+
+    PhoticBentMedium medium = photicBentMedium(object, node);
+    bool scatters = false;
+#ifdef PHOTIC_LIT
+    scatters = medium.scattering != vec3(0.0);
+#endif
+    if (bends || scatters || leaves) {
+        photicBentKick(place, force, medium, bends, leaves);
+    } else {
+        float jump = 1.0;
+        if (even && step == longest)
+            jump = photicBentJump(object, node, photicBentNodeVector(object, photic_bent_ray.momentum) * step);
+        photicBentDrift(medium, jump, longest);
+    }
+    if (leaves) {
+        photicBentCrossSide(object, photicBentPlace(), false, 1.0);
+    } else if (!photicBentHolds(object, photicBentNode(object, photicBentPlace()))) {
+        photicBentFlush();
+        photicBentCloseFace(dot(photic_bent_ray.momentum, photic_bent_ray.momentum));
+        photic_bent_ray.object = -2;  // whether in another is looked up next
+    }
+#endif
+}
+
+/// In air: on to the next object, or to what is behind all. @return whether the ray has ended
+bool photicBentFree() {
+    vec3 place = photicBentPlace();
+    if (photic_bent_ray.object == -2) {
+        photic_bent_ray.object = photicBentFind(place);
+        if (photic_bent_ray.object >= 0) {
+            photicBentBegin(place, photic_bent_ray.momentum, photic_bent_ray.weight, photic_bent_ray.object);
+            return false;
+        }
+    }
+    vec3 direction = normalize(photic_bent_ray.momentum);
+    int next = -1;
+    float nearest = 1e30;
+    for (int i = 0; i < photic_bent_counts.x; ++i) {
+        vec2 box = photicBentBox(i, place, direction);
+        if (box.y > max(box.x, 1e-6) && max(box.x, 0.0) < nearest && box.x > 0.0) nearest = box.x, next = i;
+    }
+    vec3 radiance;
+    if (photicNearby(photic_bent_ray.start, direction, next < 0 ? 1e30 : nearest + distance(place, photic_bent_ray.start), radiance)) {
+        photic_bent_sum += photic_bent_ray.weight * radiance;
+        return true;
+    }
+    if (next < 0) {
+        photic_bent_sum += photic_bent_ray.weight * photicEnvironment(direction);
+        return true;
+    }
+    vec3 entry = place + nearest * direction;
+    photicBentBegin(entry, direction, photic_bent_ray.weight, next);
+    if (photic_bent_objects[next].box_low.w != 0.0) photic_bent_ray.look = PHOTIC_BENT_ENTER;
+    return false;
+}
+
+/// Radiance that arrives at a place from a direction, the objects in between.
+/// @param place      relative to photic_bent_origin
+/// @param direction  unit, away from the eye
+/// @param channels   of the light, 0 or 1 each
+/// @param channel    whose index bends it: 0 to 2
+/// @param touched    whether anything but air was met
+vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, out bool touched) {
+    photic_bent_sum = vec3(0.0);
+    photic_bent_pending = 0;
+    photic_bent_touched = false;
+    photic_bent_stretch = 0.0;
+    int object = photicBentFind(place);
+    photicBentBegin(place, direction, channels, object);
+    if (object >= 0) photic_bent_ray.look = PHOTIC_BENT_START;
+    bool done = false;
+    for (int i = 0; i < photic_bent_counts.y && !done; ++i) {
+        if (photic_bent_ray.object >= 0) {
+            photicBentLook(channel);
+            continue;
+        }
+        if (!photicBentFree()) continue;
+        if (photic_bent_pending == 0) {
+            done = true;
+        } else {
+            --photic_bent_pending;
+            vec3 from = photic_bent_places[photic_bent_pending];
+            photicBentBegin(from, photic_bent_ways[photic_bent_pending], photic_bent_weights[photic_bent_pending],
+                            photicBentFind(from));
+        }
+    }
+    // What has had its steps sees the environment.
+    if (!done) photic_bent_sum += photic_bent_ray.weight * photicEnvironment(normalize(photic_bent_ray.momentum));
+    for (int i = 0; i < photic_bent_pending; ++i)
+        photic_bent_sum += photic_bent_weights[i] * photicEnvironment(normalize(photic_bent_ways[i]));
+    touched = photic_bent_touched;
+    return photic_bent_sum;
+}

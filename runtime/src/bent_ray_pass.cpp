@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "runtime/src/affine.h"
+#include "runtime/src/gl_state.h"
+#include "runtime/src/gpu_index_volumes.h"
+#include "runtime/src/gpu_volume_impl.h"
+#include "runtime/src/guarded.h"
+#include "runtime/src/pass.h"
+
+namespace photic::runtime {
+
+struct BentRayPass::Impl {
+    explicit Impl(const GpuContext& context) : pass(context, "bent_rays.frag.glsl") {}
+    ~Impl() {
+        if (buffer) pass.gl().DeleteBuffers(1, &buffer);
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+    FullScreenPass pass;
+    GLuint buffer = 0;
+};
+
+namespace {
+
+/// As photic_bent.glsl has them, std140.
+struct ObjectBlock {
+    float rows[3][4], box_low[4], box_high[4], scattering[4];
+    std::int32_t count[4], corner[4], block[4];
+};
+struct BentBlock {
+    float origin[4];
+    std::int32_t counts[4];
+    float march[4], texel[4];
+    ObjectBlock objects[BentRayPass::kMostObjects];
+};
+static_assert(sizeof(ObjectBlock) == 144 && sizeof(BentBlock) == 64 + 16 * 144);
+
+void require(const BentRayOptions& o, const Surroundings& s, std::size_t placed) {
+    const auto wrong = [](const std::string& what) { fail(ErrorCode::Usage, what); };
+    if (placed < 1 || placed > BentRayPass::kMostObjects)
+        wrong(std::to_string(placed) + " objects are placed; 1 to 16 are drawn at a time");
+    if (!(o.step > 0 && o.step <= 16)) wrong("a step of " + std::to_string(o.step) + " nodes; it must be up to 16");
+    if (!(o.turn > 0 && o.turn <= 1)) wrong("a turn of " + std::to_string(o.turn) + "; it must be up to 1 radian");
+    if (o.steps < 1 || o.steps > 65536) wrong(std::to_string(o.steps) + " steps are not between 1 and 65536");
+    if (o.branches < 0 || o.branches > 4) wrong(std::to_string(o.branches) + " branches are not between 0 and 4");
+    if (!(o.faintest >= 0 && o.faintest <= 1)) wrong("the faintest branch must be 0 to 1");
+    for (const float c : s.colour)
+        if (!(c >= 0 && std::isfinite(c))) wrong("the surroundings' colour must be 0 or more, and finite");
+    if (!std::isfinite(s.turn)) wrong("the surroundings' turn is not finite");
+}
+
+/// A box around an object in the world, for the question which of them overlap.
+struct Bounds {
+    Double3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+    bool overlaps(const Bounds& other) const {
+        for (std::size_t a = 0; a < 3; ++a)
+            if (low[a] > other.high[a] || other.low[a] > high[a]) return false;
+        return true;
+    }
+};
+
+/// One placed object's numbers; places in the shader are relative to `origin`.
+Bounds layObject(const GpuIndexVolumes::Impl::Object& object, const PlacedObject& placed, const Double3& origin,
+                 ObjectBlock& out) {
+    const Affine world_from_node =
+        Affine::of(placed.world_from_object) * Affine{object.transform.world_from_index, object.transform.origin_world};
+    const std::optional<Affine> node_from_world = world_from_node.inverse();
+    if (!node_from_world) fail(ErrorCode::Usage, "a PlacedObject's matrix has no inverse");
+    const Double3 shift = node_from_world->apply(origin);
+    double least = 1e300;
+    for (std::size_t a = 0; a < 3; ++a) {
+        double length = 0;
+        for (std::size_t b = 0; b < 3; ++b) {
+            out.rows[a][b] = static_cast<float>(node_from_world->matrix[3 * a + b]);
+            length += world_from_node.matrix[3 * b + a] * world_from_node.matrix[3 * b + a];
+        }
+        out.rows[a][3] = static_cast<float>(shift[a]);
+        least = std::min(least, std::sqrt(length));
+        out.box_low[a] = static_cast<float>(object.box_low[a]),
+        out.box_high[a] = static_cast<float>(object.box_high[a]);
+        out.scattering[a] = object.scattering[a];
+        out.count[a] = object.count[a], out.corner[a] = object.place.corner[a], out.block[a] = object.place.block[a];
+    }
+    out.box_low[3] = object.sharp ? 1.0F : 0.0F;
+    out.box_high[3] = object.anisotropy;
+    out.scattering[3] = static_cast<float>(least);
+    out.count[3] = object.place.flags, out.corner[3] = object.place.channel_layers;
+    Bounds bounds;
+    for (int corner = 0; corner < 8; ++corner) {
+        Double3 node;
+        for (std::size_t a = 0; a < 3; ++a) node[a] = (corner >> a & 1) != 0 ? object.box_high[a] : object.box_low[a];
+        const Double3 p = world_from_node.apply(node);
+        for (std::size_t a = 0; a < 3; ++a)
+            bounds.low[a] = std::min(bounds.low[a], p[a]), bounds.high[a] = std::max(bounds.high[a], p[a]);
+    }
+    return bounds;
+}
+
+BentBlock blockOf(const GpuIndexVolumes::Impl& objects, const std::vector<PlacedObject>& placed, const Double3& origin,
+                  const BentRayOptions& options) {
+    BentBlock block{};
+    std::vector<Bounds> bounds;
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+        if (placed[i].object >= objects.objects.size())
+            fail(ErrorCode::Usage, "there is no index volume " + std::to_string(placed[i].object) + "; " +
+                                       std::to_string(objects.objects.size()) + " were uploaded");
+        bounds.push_back(layObject(objects.objects[placed[i].object], placed[i], origin, block.objects[i]));
+    }
+    for (std::size_t i = 0; i < placed.size(); ++i)
+        for (std::size_t k = 0; k < placed.size(); ++k)
+            if (i != k && bounds[i].overlaps(bounds[k])) block.objects[i].block[3] |= 1 << k;
+    for (std::size_t a = 0; a < 3; ++a) {
+        block.origin[a] = static_cast<float>(origin[a]);
+        block.texel[a] = 1.0F / static_cast<float>(objects.info.texels[a]);
+    }
+    block.counts[0] = static_cast<std::int32_t>(placed.size());
+    block.counts[1] = options.steps, block.counts[2] = options.branches;
+    block.counts[3] = options.skipping == BentSkipping::Even ? 1 : 0;
+    block.march[0] = options.step, block.march[1] = options.turn, block.march[2] = options.faintest;
+    block.march[3] = options.radiance == BentRadiance::Paper ? 1.0F : 0.0F;
+    return block;
+}
+
+}  // namespace
+
+BentRayPass::BentRayPass(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+BentRayPass::BentRayPass(BentRayPass&&) noexcept = default;
+BentRayPass& BentRayPass::operator=(BentRayPass&&) noexcept = default;
+BentRayPass::~BentRayPass() = default;
+void BentRayPass::abandon() {
+    impl_->pass.abandon();
+    impl_->buffer = 0;
+}
+
+Result<BentRayPass> BentRayPass::create(const GpuContext& context) {
+    return guarded([&]() -> Result<BentRayPass> {
+        auto impl = std::make_unique<Impl>(context);
+        impl->pass.program();
+        return BentRayPass(std::move(impl));
+    });
+}
+
+Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const GpuIndexVolumes& objects,
+                         const std::vector<PlacedObject>& placed, const Surroundings& surroundings,
+                         const std::vector<LitVolume>& light, const BentRayOptions& options) {
+    return guarded([&]() -> Status {
+        require(options, surroundings, placed.size());
+        const std::vector<LitVolume> lobes = allLobes(light);
+        FullScreenPass& pass = impl_->pass;
+        const GlFunctions& gl = pass.gl();
+        const GpuIndexVolumes::Impl& volumes = objects.impl();
+        const Double3 origin{double(surfaces.camera[0]), double(surfaces.camera[1]), double(surfaces.camera[2])};
+        const BentBlock block = blockOf(volumes, placed, origin, options);
+        bool scatters = false, disperses = false;
+        for (const PlacedObject& p : placed) {
+            scatters = scatters || volumes.objects[p.object].scatters;
+            disperses = disperses || volumes.objects[p.object].disperses;
+        }
+        const std::optional<ClipMatrices> clip = clipMatrices(surfaces.world_from_clip, origin);
+        if (!clip) fail(ErrorCode::Usage, "the G-buffer's world_from_clip has no inverse");
+
+        const GlStateGuard guard(gl);
+        bindTarget(gl, target);
+        gl.Disable(GL_BLEND);
+        if (!impl_->buffer) gl.GenBuffers(1, &impl_->buffer);
+        gl.BindBuffer(GL_UNIFORM_BUFFER, impl_->buffer);
+        gl.BufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
+        std::vector<Define> defines;
+        if (options.lookup == IndexLookup::Gradients) defines.push_back({"PHOTIC_BENT_GRADIENTS", "1"});
+        if (options.integrator == BentIntegrator::Euler) defines.push_back({"PHOTIC_EULER", "1"});
+
+        // All but the first lobe or light add only what is scattered.
+        std::vector<LitVolume> shown;
+        for (const LitVolume& l : lobes)
+            if (scatters && l.weight != 0) shown.push_back(l);
+        for (std::size_t i = 0; i == 0 || i < shown.size(); ++i) {
+            std::vector<Define> with = defines;
+            if (!shown.empty()) with.push_back({"PHOTIC_LIT", "1"});
+            const GLuint program =
+                shown.empty() ? pass.program(with) : pass.programFor(*shown[i].volume, std::move(with));
+            const Uniforms uniforms(gl, program);
+            const bool all = i == 0;
+            const auto texture = [&](unsigned unit, GLuint name) {
+                gl.ActiveTexture(GL_TEXTURE0 + unit);
+                gl.BindSampler(unit, 0);
+                gl.BindTexture(GL_TEXTURE_2D, name);
+            };
+            texture(3, surroundings.environment);
+            pass.bindNearest(4, surfaces.depth);
+            pass.bindNearest(11, surroundings.radiance);
+            volumes.bind();
+            gl.BindBufferBase(GL_UNIFORM_BUFFER, 1, impl_->buffer);
+            uniforms.setMatrix("photic_place_from_clip", clip->place_from_clip.data());
+            uniforms.setMatrix("photic_clip_from_place", clip->clip_from_place.data());
+            const float factor = all ? 1.0F : 0.0F;
+            uniforms.set("photic_bent_surroundings", factor * surroundings.colour[0], factor * surroundings.colour[1],
+                         factor * surroundings.colour[2], surroundings.turn);
+            uniforms.set("photic_bent_has", surroundings.environment != 0 && all ? 1 : 0, surfaces.depth != 0 ? 1 : 0,
+                         surroundings.radiance != 0 ? (all ? 1 : 2) : 0,
+                         surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0);
+            uniforms.set("photic_bent_only_scattered", all ? 0 : 1);
+            uniforms.set("photic_empty_depth", surfaces.empty_depth);
+            uniforms.set("photic_bent_disperses", disperses && options.disperses ? 1 : 0);
+            if (!shown.empty()) shown[i].volume->impl().bind(0, 0, shown[i].weight);
+            pass.drawTriangle();
+            gl.Enable(GL_BLEND);
+            gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);
+        }
+        return Done{};
+    });
+}
+
+}  // namespace photic::runtime

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "bake/file/index_volume_file.h"
+#include "bake/graded/object_samples.h"
+#include "bake/report/monitor.h"
+#include "bake/scene/graded_index.h"
+#include "photic/bent_rays.h"
+#include "tests/runtime/gpu_fixture.h"
+#include "tests/runtime/scene_view.h"
+
+namespace photic::test {
+
+using namespace runtime;
+
+inline std::vector<runtime::IndexVolume> readBack(const std::vector<IndexVolumeObject>& objects) {
+    const std::string bytes = indexVolumeBytes(objects);
+    auto volumes = readIndexVolumes(bytes.data(), bytes.size());
+    if (!volumes) {
+        ADD_FAILURE() << volumes.error().message;
+        return {};
+    }
+    return *volumes;
+}
+
+inline GradedObject objectOf(std::shared_ptr<const GradedIndex> index) {
+    GradedObject object;
+    object.name = "object";
+    object.index = {std::move(index)};
+    return object;
+}
+
+/// An object as photic export writes it.
+inline IndexVolumeObject exported(const GradedObject& object, double voxel) {
+    Monitor monitor;
+    ObjectSamples s = sampleObject({object}, 0, {voxel, {glm::dvec3(-1), glm::dvec3(1)}}, monitor);
+    return {object.name, s.world_from_node, s.origin_world,    s.count,   s.spline,   s.attenuation, s.glow,
+            s.faces,     object.scattering, object.anisotropy, s.box_low, s.box_high, s.sharp_sides};
+}
+
+/// A ball of one index whose face is a smooth step of `width` nodes.
+inline IndexVolumeObject ball(double n, double radius, double voxel, double width,
+                              const glm::dvec3& centre = glm::dvec3(0)) {
+    IndexVolumeObject object;
+    object.name = "ball";
+    const int half = static_cast<int>(std::ceil(radius / voxel + 3 * width)) + 4;
+    object.count = glm::ivec3(2 * half + 1);
+    object.world_from_node = glm::dmat3(voxel);
+    object.origin_world = centre - voxel * half;
+    object.box_low = glm::vec3(1), object.box_high = glm::vec3(2 * half - 1);
+    object.spline.emplace_back();
+    for (int z = -half; z <= half; ++z)
+        for (int y = -half; y <= half; ++y)
+            for (int x = -half; x <= half; ++x) {
+                const double d = (radius / voxel - std::sqrt(double(x * x + y * y + z * z))) / width;
+                const double t = std::clamp(0.5 + 0.5 * d, 0.0, 1.0);
+                object.spline[0].push_back(static_cast<float>((n * n - 1) / 2 * t * t * (3 - 2 * t)));
+                object.faces.push_back(std::fabs(d) < 2 ? 255 : 0);
+            }
+    return object;
+}
+
+/// Surroundings in which each direction is its own colour: (d + 1) / 2.
+class Directions {
+public:
+    explicit Directions(const GlFunctions& gl) : gl_(gl) {
+        constexpr int kWidth = 1024, kHeight = 512;
+        std::vector<float> texels;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const double up = ((y + 0.5) / kHeight - 0.5) * M_PI, turn = (0.5 - (x + 0.5) / kWidth) * 2 * M_PI;
+                const glm::dvec3 d(std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up));
+                for (int c = 0; c < 3; ++c) texels.push_back(float(0.5 * d[c] + 0.5));
+                texels.push_back(1);
+            }
+        gl.GenTextures(1, &texture);
+        gl.BindTexture(GL_TEXTURE_2D, texture);
+        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kWidth, kHeight);
+        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, texels.data());
+        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+            gl.TexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+        gl.BindTexture(GL_TEXTURE_2D, 0);
+    }
+    ~Directions() { gl_.DeleteTextures(1, &texture); }
+    Directions(const Directions&) = delete;
+    Directions& operator=(const Directions&) = delete;
+
+    GLuint texture = 0;
+
+private:
+    const GlFunctions& gl_;
+};
+
+inline glm::dvec3 directionOf(const float* pixel) {
+    return glm::normalize(glm::dvec3(pixel[0], pixel[1], pixel[2]) * 2.0 - 1.0);
+}
+
+class BentRays : public WithGpu {
+protected:
+    void TearDown() override {
+        pass_.reset();
+        WithGpu::TearDown();
+    }
+
+    /// What an eye sees, row 0 at the bottom: RGBA, -1 where the pass left a pixel.
+    std::vector<float> seen(const std::vector<IndexVolumeObject>& objects, const Eye& eye, Surroundings surroundings,
+                            const BentRayOptions& options = {}, std::vector<PlacedObject> placed = {}) {
+        const auto volumes = readBack(objects);
+        auto gpu = GpuIndexVolumes::upload(*gpu_, volumes);
+        if (!gpu) {
+            ADD_FAILURE() << gpu.error().message;
+            return {};
+        }
+        if (!pass_) {
+            auto made = BentRayPass::create(*gpu_);
+            if (!made) {
+                ADD_FAILURE() << made.error().message;
+                return {};
+            }
+            pass_ = std::make_unique<BentRayPass>(std::move(*made));
+        }
+        const DrawnView view(gl_, eye, [](const glm::dvec3&, const glm::dvec3&) { return std::nullopt; });
+        view.fill(-1, -1, -1);
+        GBuffer surfaces = view.surfaces;
+        surfaces.depth = 0;
+        for (unsigned i = 0; placed.size() < objects.size(); ++i)
+            placed.push_back({i, PlacedObject{}.world_from_object});
+        const Status drawn = pass_->draw(surfaces, view.target, *gpu, placed, surroundings, {}, options);
+        EXPECT_TRUE(drawn.ok()) << drawn.error().message;
+        return view.pixels();
+    }
+
+    Surroundings around(const Directions& directions) const {
+        Surroundings s;
+        s.environment = directions.texture;
+        return s;
+    }
+
+    std::unique_ptr<BentRayPass> pass_;  // its shaders take a second to compile: one a test
+};
+
+inline Eye eyeAt(const glm::dvec3& position, double degrees, int size = 64) {
+    Eye eye;
+    eye.position = position, eye.target = {0, 0, 0};
+    eye.vertical_degrees = degrees, eye.width = size, eye.height = size;
+    return eye;
+}
+
+inline constexpr double kDegree = M_PI / 180;
+
+}  // namespace photic::test
