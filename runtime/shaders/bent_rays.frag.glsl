@@ -74,7 +74,7 @@ bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance) {
     if (hit) {
         // It begins just below a surface, as where a glass stands on a table.
         vec3 place = photicPlace(surface);
-        hit = distance(place, from + begin * direction) < 0.02 * length(place);
+        hit = distance(place, from + begin * direction) < 0.05 * length(place);
     }
     for (int i = 1; i <= kSteps && !hit; ++i) {
         vec3 here = mix(s0, s1, float(i) / float(kSteps)), met;

@@ -60,12 +60,13 @@ void Mesh::draw() const {
 }
 
 void Targets::clear() {
-    for (const GLuint* texture : {&depth, &normals, &albedo, &radiance[0], &radiance[1]}) glDeleteTextures(1, texture);
-    for (const GLuint* framebuffer :
-         {&stage_framebuffer, &framebuffers[0], &framebuffers[1], &surface_framebuffers[0], &surface_framebuffers[1]}) {
+    for (const GLuint* texture : {&depth, &normals, &albedo, &radiance[0], &radiance[1], &seen})
+        glDeleteTextures(1, texture);
+    for (const GLuint* framebuffer : {&seen_framebuffer, &stage_framebuffer, &framebuffers[0], &framebuffers[1],
+                                      &surface_framebuffers[0], &surface_framebuffers[1]}) {
         glDeleteFramebuffers(1, framebuffer);
     }
-    depth = normals = albedo = radiance[0] = radiance[1] = stage_framebuffer = 0;
+    depth = normals = albedo = radiance[0] = radiance[1] = stage_framebuffer = seen = seen_framebuffer = 0;
     framebuffers[0] = framebuffers[1] = surface_framebuffers[0] = surface_framebuffers[1] = 0;
     width_ = height_ = 0;
 }
@@ -99,6 +100,8 @@ runtime::Status Targets::resize(int width, int height) {
     normals = texture(GL_RGBA16F);
     albedo = texture(GL_RGBA8);
     stage_framebuffer = framebuffer(normals, albedo, depth);
+    seen = texture(GL_RGBA16F);
+    seen_framebuffer = framebuffer(seen, 0, 0);
     for (int i = 0; i < 2; ++i) {
         radiance[i] = texture(GL_RGBA16F);
         framebuffers[i] = framebuffer(radiance[i], 0, 0);

@@ -73,6 +73,7 @@ public:
     runtime::Status resize(int width, int height);
 
     GLuint depth = 0, normals = 0, albedo = 0;
+    GLuint seen = 0, seen_framebuffer = 0;                  ///< a copy of the radiance, for bent rays to meet
     GLuint stage_framebuffer = 0;                           ///< normals, albedo, depth
     GLuint radiance[2] = {0, 0}, framebuffers[2] = {0, 0};  ///< of the two halves, float, without depth
     GLuint surface_framebuffers[2] = {0, 0};                ///< the same with the stage's depth

@@ -65,9 +65,11 @@ std::optional<Options> parseOptions(int argc, const char* const* argv) {
     std::vector<std::string> files;
     std::string size, frames, eye, target, ball;
     Source left = Source::BakedA, right = Source::BakedA;
-    float split = 0.5f, field_of_view = 0, scattering = 0, anisotropy = 0;
+    float split = 0.5f, ambient = 0, field_of_view = 0, scattering = 0, anisotropy = 0;
     bool no_surface = false;
-    app.add_option("FILES", files, "A scene (.toml), one or two volumes (.vdb, .nvdb; #### is the frame), or both")
+    app.add_option("FILES", files,
+                   "A scene (.toml), one or two volumes (.vdb, .nvdb; #### is the frame), or both; and what is seen "
+                   "through: .ivol")
         ->required();
     app.add_option("--screenshot", o.screenshot, "Write one picture (.png) instead of opening a window");
     app.add_option("--size", size, "Pixels, for instance 1280x800");
@@ -87,8 +89,11 @@ std::optional<Options> parseOptions(int argc, const char* const* argv) {
     auto* g_option =
         app.add_option("--shafts-g", anisotropy, "Its Henyey-Greenstein g")->check(CLI::Range(-0.99, 0.99));
     app.add_option("--ball", ball, "Receiver to drag: centre and radius [m], for instance 0,0,-0.5,0.2");
+    app.add_option("--environment", o.environment, "Around objects: a panorama (.exr) instead of a studio");
+    app.add_option("--turn", o.turn_deg, "Of the environment about z [degrees]")->check(CLI::Range(-360.0, 360.0));
     app.add_option("--exposure", o.exposure, "Brightness")->check(CLI::Range(1e-3, 1e3));
-    app.add_option("--ambient", o.ambient, "Skylight over the reference irradiance")->check(CLI::Range(0.0, 10.0));
+    auto* ambient_option =
+        app.add_option("--ambient", ambient, "Skylight over the reference irradiance")->check(CLI::Range(0.0, 10.0));
     app.add_option("--tiles", o.tile_size, "Size of tiles on receivers [m]")->check(CLI::Range(0.0, 1e6));
     app.add_option("--frames-to-draw", o.frames_to_draw, "Close the window after so many (for tests)");
     app.add_flag("--no-surface", no_surface, "Do not show the water's surface");
@@ -106,10 +111,15 @@ std::optional<Options> parseOptions(int argc, const char* const* argv) {
             o.scene = file;
         } else if ((extension == ".vdb" || extension == ".nvdb") && o.volumes.size() < 2) {
             o.volumes.push_back(file);
+        } else if (extension == ".ivol") {
+            o.objects.push_back(file);
         } else {
-            throw Error(ErrorCode::Usage, "give one scene (.toml) and at most two volumes (.vdb, .nvdb)", file);
+            throw Error(ErrorCode::Usage,
+                        "give one scene (.toml), at most two volumes (.vdb, .nvdb), and objects (.ivol)", file);
         }
     }
+    if (o.scene.empty() && o.volumes.empty())
+        throw Error(ErrorCode::Usage, "give a scene (.toml) or a volume (.vdb, .nvdb) beside the objects");
     int used = 0;
     if (!size.empty() && (std::sscanf(size.c_str(), "%5dx%5d%n", &o.width, &o.height, &used) != 2 ||
                           used != static_cast<int>(size.size()) || o.width < 16 || o.height < 16 || o.width > 16384 ||
@@ -133,6 +143,7 @@ std::optional<Options> parseOptions(int argc, const char* const* argv) {
     if (*split_option) o.split = split;
     o.eye = place(eye, "--eye"), o.target = place(target, "--target");
     if (*view_option) o.field_of_view_deg = field_of_view;
+    if (*ambient_option) o.ambient = ambient;
     if (*shaft_option) o.scattering = scattering;
     if (*g_option) o.anisotropy = anisotropy;
     if (!ball.empty()) {

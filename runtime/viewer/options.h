@@ -13,6 +13,8 @@ namespace photic::viewer {
 struct Options {
     std::string scene;                 ///< .toml; may be empty
     std::vector<std::string> volumes;  ///< .vdb or .nvdb, at most two; #### is the frame
+    std::vector<std::string> objects;  ///< .ivol
+    std::string environment;           ///< .exr; empty: a studio
     std::string screenshot;            ///< .png; empty: a window
     int width = 1280, height = 800;
     int supersample = 2;  ///< screenshots: pixels a side of a pixel
@@ -22,7 +24,9 @@ struct Options {
     std::optional<glm::vec3> eye, target;
     std::optional<float> field_of_view_deg, scattering, anisotropy;
     std::optional<glm::vec4> ball;  ///< centre and radius [m]
-    float exposure = 1, ambient = 0.06f, tile_size = 0;
+    float exposure = 1, tile_size = 0;
+    std::optional<float> ambient;
+    float turn_deg = 0;  ///< of the environment
     bool surface = true;
     int frames_to_draw = 0;  ///< after which the window closes; 0: never
 };

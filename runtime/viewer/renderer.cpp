@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <optional>
 
+#include "photic/bent_rays.h"
 #include "photic/runtime_gl.h"
 #include "runtime/viewer/gl_objects.h"
 #include "runtime/viewer/viewer_shaders.h"
@@ -45,6 +46,7 @@ public:
     ~GlRenderer() override {
         glDeleteVertexArrays(1, &empty_array_);
         glDeleteTextures(1, &height_texture_);
+        glDeleteTextures(1, &environment_texture_);
     }
 
     Status build() {
@@ -90,6 +92,31 @@ public:
         volumes_[static_cast<std::size_t>(index)].emplace(std::move(uploaded).value());
         return Done{};
     }
+
+    Status setObjects(const std::vector<runtime::IndexVolume>& objects, const Environment& environment) override {
+        objects_.reset();
+        if (objects.empty()) return Done{};
+        if (!bent_) {
+            auto bent = runtime::BentRayPass::create(context_);
+            if (!bent) return bent.error();
+            bent_.emplace(std::move(bent).value());
+        }
+        auto uploaded = runtime::GpuIndexVolumes::upload(context_, objects);
+        if (!uploaded) return uploaded.error();
+        objects_.emplace(std::move(uploaded).value());
+        if (!environment_texture_) glGenTextures(1, &environment_texture_);
+        glBindTexture(GL_TEXTURE_2D, environment_texture_);
+        glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+        glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA16F, environment.width, environment.height, 0, GL_RGBA, GL_FLOAT,
+                     environment.pixels.data());
+        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+            glTexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        environment_irradiance_ = static_cast<float>(environment.irradiance());
+        return Done{};
+    }
+    bool hasObjects() const override { return objects_.has_value(); }
 
     bool has(Source source) const override {
         switch (source) {
@@ -216,6 +243,10 @@ private:
         base_program_.texture("water_texture", 3, height_texture_);
         base_program_.set("water_rect", glm::vec4(stage_.water.corner[0], stage_.water.corner[1],
                                                   1 / stage_.water.size[0], 1 / stage_.water.size[1]));
+        base_program_.texture("environment_texture", 4, environment_texture_);
+        base_program_.set("environment_gain", environmentGain(picture));
+        base_program_.set("environment_turn", picture.turn);
+        base_program_.set("eye", picture.camera.eye);
         fullScreen();
 
         const runtime::GBuffer surfaces = gBuffer(picture, matrices);
@@ -224,7 +255,34 @@ private:
         veil(picture, matrices, target);
         if (const Status lit = media(picture, matrices, source, surfaces, target); !lit) return lit;
         waterSurface(picture, matrices, side, sun);
-        return Done{};
+        return bentRays(picture, source, surfaces, target);
+    }
+
+    /// Such that a level receiver gets of the environment what the skylight is said to be.
+    float environmentGain(const Picture& picture) const {
+        if (!objects_ || !picture.objects || !(environment_irradiance_ > 0)) return 0;
+        return picture.ambient * stage_.reference * stage_.level / environment_irradiance_;
+    }
+
+    /// Objects that are seen through, before what has been drawn.
+    Status bentRays(const Picture& picture, Source source, const runtime::GBuffer& surfaces,
+                    const runtime::Target& target) {
+        if (!objects_ || !picture.objects) return Done{};
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, target.framebuffer);
+        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets_.seen_framebuffer);
+        glBlitFramebuffer(0, 0, target.width, target.height, 0, 0, target.width, target.height, GL_COLOR_BUFFER_BIT,
+                          GL_NEAREST);
+        std::vector<runtime::PlacedObject> placed;
+        for (int i = 0; i < objects_->info().objects; ++i) placed.push_back({static_cast<unsigned>(i)});
+        runtime::Surroundings around;
+        around.environment = environment_texture_;
+        for (float& c : around.colour) c = environmentGain(picture);
+        around.turn = picture.turn;
+        around.radiance = targets_.seen;
+        std::vector<runtime::LitVolume> light;
+        if ((source == Source::BakedA || source == Source::BakedB) && has(source))
+            light.push_back({&*volumes_[source == Source::BakedA ? 0 : 1]});
+        return bent_->draw(surfaces, target, *objects_, placed, around, light);
     }
 
     Status receivers(const Picture& picture, const Matrices& matrices, Source source, const runtime::GBuffer& surfaces,
@@ -334,6 +392,10 @@ private:
     std::optional<runtime::ReceiverPass> receivers_;
     std::optional<runtime::MediumPass> media_;
     std::optional<runtime::LiveWater> water_;
+    std::optional<runtime::BentRayPass> bent_;
+    std::optional<runtime::GpuIndexVolumes> objects_;
+    GLuint environment_texture_ = 0;
+    float environment_irradiance_ = 0;
     std::array<std::optional<runtime::GpuVolume>, 2> volumes_;
     Stage stage_;
     Program stage_program_, base_program_, veil_program_, surface_program_, display_program_;

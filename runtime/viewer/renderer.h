@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "photic/gl_context.h"
+#include "photic/index_volume.h"
 #include "photic/result.h"
 #include "photic/runtime.h"
+#include "runtime/viewer/environment.h"
 #include "runtime/viewer/stage.h"
 
 namespace photic::viewer {
@@ -38,6 +40,8 @@ struct Picture {
     float tightening = 150;  ///< of the look-up
     int warped_step = 3;
     bool surface = true;  ///< show the water's surface
+    float turn = 0;       ///< of the environment about z [radians]
+    bool objects = true;  ///< show what is seen through
     bool exact = false;   ///< eight-fetch sampling of baked volumes
 };
 
@@ -51,6 +55,10 @@ public:
     virtual runtime::Status setStage(const Stage& stage) = 0;
     /// Volume A (0) or B (1).
     virtual runtime::Status setVolume(int index, const runtime::Volume& volume) = 0;
+    /// Objects that are seen through, and what is around them: at most 16.
+    virtual runtime::Status setObjects(const std::vector<runtime::IndexVolume>& objects,
+                                       const Environment& environment) = 0;
+    virtual bool hasObjects() const = 0;
     /// Draws into the framebuffer's lower left corner.
     virtual runtime::Status draw(const Picture& picture, unsigned framebuffer, int width, int height) = 0;
     /// Whether a source has what it needs.

@@ -20,6 +20,7 @@ void takeScreenshot(const Options& options) {
     const FilesRead files;
     Show show(options, **renderer);
     outputs.reads("a volume that is shown", options.volumes);
+    outputs.reads("an object that is shown", options.objects);
     outputs.reads("a file of the scene", files.paths());
 
     const int width = options.width * options.supersample, height = options.height * options.supersample;

@@ -72,6 +72,16 @@ void throwFailure(const std::string& where, const std::string& message) {
 
 Show::Show(const Options& options, Renderer& renderer) : options_(options), renderer_(renderer) {
     setFrame(options.first_frame);
+    std::vector<runtime::IndexVolume> objects;
+    for (const std::string& path : options.objects) {
+        const auto loaded = runtime::loadIndexVolumes(path);
+        if (!loaded) throw Error(ErrorCode::Input, loaded.error().message, path);
+        objects.insert(objects.end(), loaded->begin(), loaded->end());
+    }
+    if (!objects.empty())
+        require(
+            renderer.setObjects(objects, options.environment.empty() ? studio() : loadEnvironment(options.environment)),
+            "objects");
     firstPicture();
 }
 
@@ -114,8 +124,12 @@ void Show::firstPicture() {
                                                           : "a scene (.toml) with a sun and a height field of water"));
         }
     }
-    picture.exposure = o.exposure, picture.ambient = o.ambient, picture.tile_size = o.tile_size;
+    picture.exposure = o.exposure, picture.tile_size = o.tile_size;
+    // What is seen through shows what is around it, which must not be dark then.
+    constexpr float kAroundObjects = 0.6f;
+    picture.ambient = o.ambient.value_or(o.objects.empty() ? picture.ambient : kAroundObjects);
     picture.surface = o.surface;
+    picture.turn = o.turn_deg * 3.14159265f / 180;
     picture.scattering = o.scattering ? glm::vec3(*o.scattering) : stage_.scattering;
     picture.anisotropy = o.anisotropy.value_or(stage_.anisotropy);
     for (int axis = 0; axis < 3; ++axis) picture.extinction[axis] = stage_.light.extinction[axis];

@@ -64,12 +64,21 @@ uniform vec3 ambient;  // irradiance of the sky [W/m2]
 uniform vec3 sun_direction, sun_irradiance;
 uniform sampler2D water_texture;  // z of the surface [m]
 uniform vec4 water_rect;          // lower corner, 1 / size [m]
+uniform sampler2D environment_texture;
+uniform float environment_gain, environment_turn;  // gain 0: there is none
+uniform vec3 eye;
 out vec4 radiance;
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depth_texture, pixel, 0).r;
     if (depth == 1.0) {
         radiance = vec4(0.0);
+        if (environment_gain > 0.0) {
+            vec4 far_place = world_from_clip * vec4(uv * 2.0 - 1.0, 0.5, 1.0);
+            vec3 d = normalize(far_place.xyz / far_place.w - eye);
+            vec2 at = vec2(fract(0.5 - (atan(d.y, d.x) - environment_turn) / 6.28318531), 0.5 + asin(clamp(d.z, -1.0, 1.0)) / 3.14159265);
+            radiance = vec4(environment_gain * textureLod(environment_texture, at, 0.0).rgb, 1.0);
+        }
         return;
     }
     vec4 place = world_from_clip * vec4(uv * 2.0 - 1.0, 2.0 * depth - 1.0, 1.0);

@@ -121,6 +121,10 @@ int panel(Picture& p, const Show& show, const Options& options, const Renderer& 
     ImGui::SliderFloat("skylight", &p.ambient, 0, 1);
     ImGui::SliderFloat("tiles [m]", &p.tile_size, 0, 1);
     ImGui::Checkbox("water's surface", &p.surface);
+    if (renderer.hasObjects()) {
+        ImGui::Checkbox("objects", &p.objects);
+        ImGui::SliderAngle("environment", &p.turn);
+    }
     if (options.last_frame > options.first_frame) {
         ImGui::SliderInt("frame", &frame, options.first_frame, options.last_frame);
         ImGui::SameLine();

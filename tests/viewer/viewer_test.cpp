@@ -206,6 +206,41 @@ TEST_F(Viewer, BallIsLit) {
     EXPECT_GT(meanDifference(without, with_ball), 0.005);
 }
 
+TEST_F(Viewer, ObjectsAreSeenThrough) {
+    place_->write("lens.toml", R"(photic = 1
+[domain]
+min = [-1, -1, -1]
+max = [1, 1, 1]
+voxel_size = 0.0625
+[[light]]
+type = "sun"
+direction = [0.3, 0, -1]
+irradiance = 1000
+[[medium]]
+name = "lens"
+index = { kind = "luneburg", radius = 0.6 }
+absorption = [0, 3, 3]
+[[object]]
+name = "floor"
+role = "movable"
+plane = { point = [0, 0, -0.9], normal = [0, 0, 1] }
+)");
+    ASSERT_EQ(photic(*place_, {"export", "lens.toml", "-o", "lens.ivol"}).code, 0);
+    const std::vector<std::string> scene{"lens.toml", "--right", "none", "--eye=3,0,0.4", "--target=0,0,0"};
+    const Picture without = shot(scene);
+    if (without.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const Picture lens = shot(with(scene, {"lens.ivol"})), turned = shot(with(scene, {"lens.ivol", "--turn", "90"}));
+    const std::size_t middle = 3 * (60 * 160 + 80);
+    EXPECT_GT(lens.values[middle], 1.5 * lens.values[middle + 1]) << "red glass";
+    EXPECT_GT(lens.values[middle], 0.05);
+    EXPECT_NE(lens.values, turned.values) << "the environment turns";
+    const auto refused = [&](const std::string& file) {
+        return photic(*place_, {"view", file, "no.ivol", "--right", "none", "--screenshot", "shot.png"}).code;
+    };
+    EXPECT_EQ(refused("lens.ivol"), 2) << "neither a scene nor a volume";
+    EXPECT_EQ(refused("lens.toml"), 3) << "no such file";
+}
+
 TEST_F(Viewer, MistakesAreNamed) {
     const auto expect = [&](std::vector<std::string> arguments, int code, const char* part) {
         arguments.insert(arguments.begin(), "view");
