@@ -13,11 +13,30 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #endif
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
 
 namespace photic {
 namespace {
 std::atomic<int> g_threads{0};
-}
+
+// Numbers below 1e-38 count as 0 while it lives, on every thread alike: libraries set that on some threads and leave it
+// there, which would let results depend on who does what; and such numbers are slow, and are many behind opaque media.
+class TinyIsZero {
+public:
+#ifdef __SSE2__
+    TinyIsZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | kFlushToZero | kDenormalsAreZero); }
+    ~TinyIsZero() { _mm_setcsr(before_); }
+    TinyIsZero(const TinyIsZero&) = delete;
+    TinyIsZero& operator=(const TinyIsZero&) = delete;
+
+private:
+    static constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
+    unsigned before_;
+#endif
+};
+}  // namespace
 
 int threadCount() {
     const int set = g_threads.load();
@@ -35,6 +54,7 @@ void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& bo
     const auto work = [&] {
         for (std::int64_t i; (i = next.fetch_add(1)) < count;) {
             try {
+                const TinyIsZero tiny;
                 body(i);
             } catch (...) {
                 const std::lock_guard lock(failure_mutex);
@@ -64,11 +84,17 @@ void setThreadCount(int count) {
 
 void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
     if (threadCount() == 1 || count < 2) {
+        const TinyIsZero tiny;
         for (std::int64_t i = 0; i < count; ++i) body(i);
         return;
     }
     tbb::parallel_for(
-        std::int64_t{0}, count, [&](std::int64_t i) { body(i); }, tbb::simple_partitioner{});
+        std::int64_t{0}, count,
+        [&](std::int64_t i) {
+            const TinyIsZero tiny;
+            body(i);
+        },
+        tbb::simple_partitioner{});
 }
 
 #endif
