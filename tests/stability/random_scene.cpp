@@ -67,7 +67,8 @@ SceneModel::Glass drawGlass(Dice& dice, double voxel) {
     if (chance(dice, 0.3))
         glass.absorption = dice.logBetween(0.01, 100) * glm::dvec3(dice.uniform(), dice.uniform(), dice.uniform());
     glass.priority = dice.below(3);
-    glass.facets = chance(dice, 0.3);
+    // Smoothed over its edges a box is none.
+    glass.facets = glass.shape == SceneModel::GlassShape::Box || chance(dice, 0.3);
     // A pane is an open sheet: a mirror, or thin.
     if (glass.shape == SceneModel::GlassShape::Pane) {
         glass.thin = glass.event != "mirror" && chance(dice, 0.8);
@@ -106,6 +107,9 @@ void drawWater(SceneModel& scene, Dice& dice) {
     scene.event = event < 0.6 ? "refract" : event < 0.8 ? "reflect" : "both";
     const char* const outsides[] = {"flat", "periodic", "none"};
     scene.outside = outsides[dice.below(3)];
+    // Waves that turn flat at the patch's edge end in a cliff, which photons launched from above do not see.
+    const bool rough = scene.water == SceneModel::Water::Waves || scene.water == SceneModel::Water::Sea;
+    if (rough && scene.outside == "flat") scene.outside = "periodic";
     if (chance(dice, 0.2)) scene.ior_below = dice.between(0.7, 2.5);
     if (chance(dice, 0.1)) scene.ior_above = dice.between(0.7, 2.5);
     if (chance(dice, 0.1)) scene.ior_below = scene.ior_above;
