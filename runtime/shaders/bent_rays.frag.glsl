@@ -2,6 +2,7 @@
 // What is seen through objects whose index varies (BentRayPass in photic/bent_rays.h). Pixels that see none are left.
 #ifdef PHOTIC_LIT
 #include "photic_volume.glsl"
+#include "photic_phase.glsl"
 #endif
 #include "photic_bent.glsl"
 in vec2 photic_uv;
@@ -15,7 +16,6 @@ uniform vec4 photic_bent_surroundings;  // rgb: factor on the environment, or it
 uniform ivec4 photic_bent_has;          // an environment; depth; radiance; clip depth 0 to 1
 uniform float photic_empty_depth;
 uniform int photic_bent_disperses;
-uniform int photic_bent_only_scattered;
 
 vec3 photicEnvironment(vec3 direction) {
     if (photic_bent_has.x == 0) return photic_bent_surroundings.rgb;
@@ -98,7 +98,7 @@ bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance) {
     }
     if (!hit) return false;
     vec2 size = vec2(textureSize(photic_bent_radiance, 0));
-    if (photic_bent_only_scattered != 0) return true;
+    if (photic_bent_origin.w != 0.0) return true;
     radiance = texelFetch(photic_bent_radiance, ivec2(clamp((0.5 * surface.xy + 0.5) * size, vec2(0.0), size - 1.0)), 0).rgb;
     return true;
 }

@@ -10,6 +10,12 @@
 #define PHOTIC_BENT_GLOW 9
 #define PHOTIC_BENT_BLOCKS 10
 #endif
+// For Vulkan PHOTIC_BENT_SET is the descriptor set.
+#ifdef PHOTIC_BENT_SET
+#define PHOTIC_BENT_AT(number) set = PHOTIC_BENT_SET, binding = number
+#else
+#define PHOTIC_BENT_AT(number) binding = number
+#endif
 // PHOTIC_BENT_GRADIENTS: one filtered read of value and gradient instead of the spline.
 
 #define PHOTIC_BENT_MOST 16
@@ -26,22 +32,22 @@ struct PhoticBentObject {
     ivec4 block;      // first block; w: mask of the objects whose boxes overlap with this one's
 };
 
-layout(std140, binding = PHOTIC_BENT_BUFFER) uniform photic_bent_parameters {
-    vec4 photic_bent_origin;   // [m]
+layout(std140, PHOTIC_BENT_AT(PHOTIC_BENT_BUFFER)) uniform photic_bent_parameters {
+    vec4 photic_bent_origin;   // [m]; w: 1 to show scattered light alone
     ivec4 photic_bent_counts;  // objects; most steps; most branches at a time; 1 to skip
     vec4 photic_bent_march;    // longest step [nodes]; largest turn a step [radians]; faintest branch; 1 for radiance without n^2
     vec4 photic_bent_texel;    // 1 / size of the textures
     PhoticBentObject photic_bent_objects[PHOTIC_BENT_MOST];
 };
 
-layout(binding = PHOTIC_BENT_ATTENUATION) uniform highp sampler3D photic_bent_attenuation;  // absorption [1/m], presence
-layout(binding = PHOTIC_BENT_GLOW) uniform highp sampler3D photic_bent_glow;                // emission [W/(m3 sr)], g
-layout(binding = PHOTIC_BENT_FACES) uniform highp sampler3D photic_bent_faces;
-layout(binding = PHOTIC_BENT_BLOCKS) uniform highp usampler3D photic_bent_blocks;
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_ATTENUATION)) uniform highp sampler3D photic_bent_attenuation;  // absorption [1/m], presence
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_GLOW)) uniform highp sampler3D photic_bent_glow;                // emission [W/(m3 sr)], g
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_FACES)) uniform highp sampler3D photic_bent_faces;
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_BLOCKS)) uniform highp usampler3D photic_bent_blocks;
 #ifdef PHOTIC_BENT_GRADIENTS
-layout(binding = PHOTIC_BENT_GRADIENTS_AT) uniform highp sampler3D photic_bent_gradients;  // slope per node; (n^2 - 1) / 2
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_GRADIENTS_AT)) uniform highp sampler3D photic_bent_gradients;  // slope per node; (n^2 - 1) / 2
 #else
-layout(binding = PHOTIC_BENT_SPLINE) uniform highp sampler2DArray photic_bent_spline;      // (n^2 - 1) / 2: coefficients
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_SPLINE)) uniform highp sampler2DArray photic_bent_spline;      // (n^2 - 1) / 2: coefficients
 #endif
 
 struct PhoticRefraction {

@@ -2,14 +2,11 @@
 // Eye rays through objects whose index varies. Behind photic_bent.glsl and the functions
 //     vec3 photicEnvironment(vec3 direction)
 //     bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance)    // what opaque thing is met, if any
-// and, with PHOTIC_LIT, behind photic_volume.glsl.
+// and, with PHOTIC_LIT, behind photic_volume.glsl and photic_phase.glsl.
 //
 // A ray goes as a ball under gravity, dx/ds = p, dp/ds = grad(n^2 / 2), |p| = n (Ihrke et al. 2007, eqs. 8 to 10, with s
 // instead of length): half a step straight on, one look at the gradient, half a step with the new momentum. With
 // PHOTIC_EULER by their eqs. 11 and 12 instead.
-#ifdef PHOTIC_LIT
-#include "photic_phase.glsl"
-#endif
 
 #define PHOTIC_BENT_STACK 4
 #define PHOTIC_BENT_STEP 0
@@ -63,7 +60,7 @@ void photicBentPass(vec3 extinction, vec3 emission, float length_m, float square
     if (extinction == vec3(0.0) && emission == vec3(0.0)) return;
     vec3 depth = extinction * length_m, left = exp(-depth);
     vec3 mean = mix((1.0 - left) / max(depth, vec3(1e-6)), 1.0 - 0.5 * depth, lessThan(depth, vec3(0.001)));
-    if (photic_bent_only_scattered == 0)
+    if (photic_bent_origin.w == 0.0)
         photic_bent_sum += photic_bent_ray.weight * emission * mean * (length_m * photicBasic(square));
     photic_bent_ray.weight *= left;
     photic_bent_touched = true;

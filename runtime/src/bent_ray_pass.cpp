@@ -19,6 +19,15 @@ struct BentRayPass::Impl {
     }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
+    /// The parameters, to uniform buffer 1.
+    template <class Block>
+    void upload(const Block& block) {
+        const GlFunctions& gl = pass.gl();
+        if (!buffer) gl.GenBuffers(1, &buffer);
+        gl.BindBuffer(GL_UNIFORM_BUFFER, buffer);
+        gl.BufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
+        gl.BindBufferBase(GL_UNIFORM_BUFFER, 1, buffer);
+    }
     FullScreenPass pass;
     GLuint buffer = 0;
 };
@@ -153,7 +162,7 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
         const GlFunctions& gl = pass.gl();
         const GpuIndexVolumes::Impl& volumes = objects.impl();
         const Double3 origin{double(surfaces.camera[0]), double(surfaces.camera[1]), double(surfaces.camera[2])};
-        const BentBlock block = blockOf(volumes, placed, origin, options);
+        BentBlock block = blockOf(volumes, placed, origin, options);
         bool scatters = false, disperses = false;
         for (const PlacedObject& p : placed) {
             scatters = scatters || volumes.objects[p.object].scatters;
@@ -165,9 +174,6 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
         const GlStateGuard guard(gl);
         bindTarget(gl, target);
         gl.Disable(GL_BLEND);
-        if (!impl_->buffer) gl.GenBuffers(1, &impl_->buffer);
-        gl.BindBuffer(GL_UNIFORM_BUFFER, impl_->buffer);
-        gl.BufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
         std::vector<Define> defines;
         if (options.lookup == IndexLookup::Gradients) defines.push_back({"PHOTIC_BENT_GRADIENTS", "1"});
         if (options.integrator == BentIntegrator::Euler) defines.push_back({"PHOTIC_EULER", "1"});
@@ -183,6 +189,8 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
                 shown.empty() ? pass.program(with) : pass.programFor(*shown[i].volume, std::move(with));
             const Uniforms uniforms(gl, program);
             const bool all = i == 0;
+            block.origin[3] = all ? 0.0F : 1.0F;
+            impl_->upload(block);
             const auto texture = [&](unsigned unit, GLuint name) {
                 gl.ActiveTexture(GL_TEXTURE0 + unit);
                 gl.BindSampler(unit, 0);
@@ -192,7 +200,6 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
             pass.bindNearest(4, surfaces.depth);
             pass.bindNearest(11, surroundings.radiance);
             volumes.bind();
-            gl.BindBufferBase(GL_UNIFORM_BUFFER, 1, impl_->buffer);
             uniforms.setMatrix("photic_place_from_clip", clip->place_from_clip.data());
             uniforms.setMatrix("photic_clip_from_place", clip->clip_from_place.data());
             const float factor = all ? 1.0F : 0.0F;
@@ -201,7 +208,6 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
             uniforms.set("photic_bent_has", surroundings.environment != 0 && all ? 1 : 0, surfaces.depth != 0 ? 1 : 0,
                          surroundings.radiance != 0 ? (all ? 1 : 2) : 0,
                          surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0);
-            uniforms.set("photic_bent_only_scattered", all ? 0 : 1);
             uniforms.set("photic_empty_depth", surfaces.empty_depth);
             uniforms.set("photic_bent_disperses", disperses && options.disperses ? 1 : 0);
             if (!shown.empty()) shown[i].volume->impl().bind(0, 0, shown[i].weight);
@@ -211,6 +217,43 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
         }
         return Done{};
     });
+}
+
+Status BentRayPass::bind(const float* origin, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
+                         const BentRayOptions& options) {
+    return guarded([&]() -> Status {
+        require(options, {}, placed.size());
+        const Double3 place{double(origin[0]), double(origin[1]), double(origin[2])};
+        impl_->upload(blockOf(objects.impl(), placed, place, options));
+        objects.impl().bind();
+        return Done{};
+    });
+}
+
+std::string bentGlsl(const BentGlslOptions& options) {
+    const BentBindings& at = options.bindings;
+    std::string out;
+    const auto define = [&](const char* name, unsigned value) {
+        out += std::string("#define ") + name + " " + std::to_string(value) + "\n";
+    };
+    define("PHOTIC_BENT_BUFFER", at.parameters);
+    define("PHOTIC_BENT_FACES", at.faces);
+    define("PHOTIC_BENT_GRADIENTS_AT", at.gradients);
+    define("PHOTIC_BENT_SPLINE", at.spline);
+    define("PHOTIC_BENT_ATTENUATION", at.attenuation);
+    define("PHOTIC_BENT_GLOW", at.glow);
+    define("PHOTIC_BENT_BLOCKS", at.blocks);
+    if (options.vulkan_set) define("PHOTIC_BENT_SET", *options.vulkan_set);
+    if (options.lookup == IndexLookup::Gradients) define("PHOTIC_BENT_GRADIENTS", 1);
+    if (options.scatters) define("PHOTIC_LIT", 1);
+    out +=
+        "vec3 photicEnvironment(vec3 direction);\n"
+        "bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance);\n";
+    for (const char* file : {"photic_bent.glsl", "photic_bent_trace.glsl"}) {
+        const Result<std::string> text = resolveIncludes(file);
+        if (text) out += *text;  // both are built in
+    }
+    return out;
 }
 
 }  // namespace photic::runtime

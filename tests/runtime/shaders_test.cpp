@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "photic/bent_rays.h"
 #include "photic/runtime_gl.h"
 #include "runtime/src/shader_source.h"
 
@@ -153,6 +154,42 @@ TEST_F(Shaders, GamesShadersCompileForVulkan) {
     for (const char* line :
          {"photic_light) Binding 10", "photic_light) DescriptorSet 1", "photic_pages) Binding 12", "Binding 13"})
         EXPECT_NE(listing.find(line), std::string::npos) << line;
+    std::filesystem::remove(file_.string() + ".spv");
+}
+
+// Curved eye rays in a game's own shader: for OpenGL in every version, and for Vulkan in a set of their own.
+TEST_F(Shaders, GamesShadersCompileWithBentRays) {
+    constexpr const char* kMain = R"(
+        layout(location = 0) in vec3 direction;
+        layout(location = 0) out vec4 color;
+        vec3 photicEnvironment(vec3 d) { return 0.5 * d + 0.5; }
+        bool photicNearby(vec3 from, vec3 d, float limit, out vec3 radiance) {
+            radiance = vec3(0.0);
+            return false;
+        }
+        void main() {
+            bool touched;
+            color = vec4(photicBentRadiance(vec3(0.0), normalize(direction), vec3(1.0), 0, touched), 1.0);
+            if (!touched) color *= photicBentAt(0, direction, 0).excess;
+        })";
+    for (const IndexLookup lookup : {IndexLookup::Spline, IndexLookup::Gradients}) {
+        for (const bool scatters : {false, true}) {
+            BentGlslOptions options;
+            options.lookup = lookup, options.scatters = scatters;
+            for (const auto& [target, version] : kTargets) {
+                const auto header = assembleShader("full_screen.vert.glsl", target, {});
+                expectCompiles(header->text.substr(0, header->text.find("#line")) + (scatters ? volumeGlsl() : "") +
+                                   bentGlsl(options) + kMain,
+                               "frag", std::string("bent rays as ") + version);
+            }
+            options.vulkan_set = 2;
+            options.bindings = {7, 0, 1, 2, 3, 4, 5};
+            GlslOptions volume;
+            volume.vulkan.emplace();
+            expectCompiles("#version 450\n" + (scatters ? volumeGlsl(volume) : "") + bentGlsl(options) + kMain, "frag",
+                           "bent rays for Vulkan", "-V -o " + file_.string() + ".spv");
+        }
+    }
     std::filesystem::remove(file_.string() + ".spv");
 }
 

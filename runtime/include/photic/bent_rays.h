@@ -15,6 +15,8 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "photic/index_volume.h"
@@ -121,6 +123,13 @@ public:
                 const std::vector<PlacedObject>& placed, const Surroundings& surroundings,
                 const std::vector<LitVolume>& light = {}, const BentRayOptions& options = {});
 
+    /// For a shader of the game's own that includes bentGlsl(): binds the objects' textures to units 5 to 10 and their
+    /// parameters to uniform buffer binding 1, where they stay.
+    /// @param origin  of the places that photicBentRadiance() takes [m], three numbers: the camera as a rule
+    /// @return Error{Usage}
+    Status bind(const float* origin, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
+                const BentRayOptions& options = {});
+
     void abandon();
 
 private:
@@ -128,5 +137,24 @@ private:
     explicit BentRayPass(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };
+
+/// Where a shader finds the objects: numbers as BentRayPass::bind has them.
+struct BentBindings {
+    unsigned parameters = 1;  ///< uniform buffer
+    unsigned faces = 5, gradients = 6, spline = 7, attenuation = 8, glow = 9, blocks = 10;
+};
+
+struct BentGlslOptions {
+    BentBindings bindings;
+    std::optional<unsigned> vulkan_set;  ///< for Vulkan: the descriptor set; no two bindings are alike then
+    IndexLookup lookup = IndexLookup::Spline;
+    bool scatters = false;  ///< the light of a volume, by the volumeGlsl() that stands in front
+};
+
+/// GLSL for a game's own shader, to be put behind its #version: photicBentRadiance(), photicBentAt() and what they need
+/// (runtime/shaders/photic_bent.glsl, photic_bent_trace.glsl). The game defines, behind it,
+///     vec3 photicEnvironment(vec3 direction)
+///     bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance)   // false: nothing opaque is met
+std::string bentGlsl(const BentGlslOptions& options = {});
 
 }  // namespace photic::runtime
