@@ -24,6 +24,7 @@
 #include "bake/field/prefilter.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/methods/kept_shapes.h"
 #include "bake/methods/lobe_axis.h"
 #include "bake/scene/plausibility.h"
 #include "bake/scene/setting_names.h"
@@ -290,6 +291,7 @@ MeasuredReceivers measure(const Scene& scene, const Method& method, const BakeCo
 BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
     checkPostSteps(choices.post);
     RememberingMonitor monitor(caller);
+    const KeptShapes shapes;
     Stopwatch watch;
     const Method& method = chooseMethod(scene.bake.method, scene);
     const GivenOptions& options = givenOptions(scene, method);

@@ -11,6 +11,7 @@
 #include "bake/baker/lookup_advice.h"
 #include "bake/field/scene_grid.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/methods/kept_shapes.h"
 #include "bake/methods/plane_light.h"
 #include "bake/report/error.h"
 
@@ -71,6 +72,7 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
     const double goal = scene.bake.error.value_or(0);
     if (!(goal > 0)) return bakeScene(scene, monitor, given);
     BakeChoices choices = given;
+    const KeptShapes shapes;
     const glm::dvec3 extent = scene.domain.max - scene.domain.min;
     double size = std::max({extent.x, extent.y, extent.z}) / kFirstCells;
     UnwarnedMonitor unwarned(monitor);

@@ -29,7 +29,7 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
 }
 
 OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm)
-    : scene_(scene), frame_(frame), caster_(scene), tree_(scene), light_end_(scene, frame, caster_) {
+    : scene_(scene), frame_(frame), shapes_(shapesOf(scene)), light_end_(scene, frame, shapes_->caster) {
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
         const Surface& surface = scene.surfaces[i];
         MediumSides sides;
@@ -136,7 +136,7 @@ Meeting OpticalScene::meetingOnMesh(const Surface& surface, const RayHit& hit, c
 
 RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance,
                               Meeting& meeting) const {
-    RayHit hit = caster_.firstHit(origin, direction, max_distance);
+    RayHit hit = caster().firstHit(origin, direction, max_distance);
     bool on_water = false;
     for (const int i : height_fields_) {
         const Surface& surface = scene_.surfaces[static_cast<std::size_t>(i)];
@@ -160,13 +160,13 @@ RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direct
 
 PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& direction,
                                   const std::optional<glm::dvec3>& source) const {
-    if (caster_.empty() && height_fields_.empty()) return PathOutcome::Lit;
+    if (caster().empty() && height_fields_.empty()) return PathOutcome::Lit;
     Meeting unused;
     const double reach = source ? glm::length(point - *source) : std::numeric_limits<double>::infinity();
     const RayHit back = firstHit(point, -direction, reach, unused);
     if (!back) return PathOutcome::Lit;
     // Something stands between. What light meets first decides: an object keeps it, a surface has launched it.
-    const double far = source ? reach : caster_.reachFrom(point) + back.distance + 1;
+    const double far = source ? reach : caster().reachFrom(point) + back.distance + 1;
     const RayHit first = firstHit(point - far * direction, direction, far * (1 - 1e-12), unused);
     const Target::Kind kind = first ? first.target.kind : back.target.kind;
     return kind == Target::Kind::Surface ? PathOutcome::Hidden : PathOutcome::Blocked;
@@ -175,7 +175,7 @@ PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& dir
 OpticalScene::LegEnd OpticalScene::legEnd(const glm::dvec3& origin, const glm::dvec3& direction,
                                           const MediumStack& inside) const {
     LegEnd end{{}, std::numeric_limits<double>::infinity(), {}, inside};
-    if (caster_.empty() && height_fields_.empty()) return end;
+    if (caster().empty() && height_fields_.empty()) return end;
     constexpr int kMostVoidSurfaces = 64;
     glm::dvec3 from = origin;
     double passed = 0;

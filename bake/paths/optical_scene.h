@@ -2,14 +2,15 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "bake/paths/light_end.h"
 #include "bake/paths/path.h"
 #include "bake/paths/ray_casting.h"
+#include "bake/paths/scene_shapes.h"
 #include "bake/paths/specular_event.h"
-#include "bake/paths/triangle_tree.h"
 #include "bake/report/bake_report.h"
 #include "bake/scene/scene.h"
 
@@ -51,7 +52,7 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
 inline double channelMean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
 
 /// A scene as every tracer sees it: what stands in it, where deposits end in the grid, and what lies on either side of
-/// each surface. Built once a bake and shared by all lights. Thread-safe.
+/// each surface. Shared by all lights of a bake. Thread-safe.
 class OpticalScene {
 public:
     /// @param wavelengths_nm  at which light is traced where media disperse; index 0 is always white light
@@ -59,8 +60,8 @@ public:
 
     const Scene& scene() const { return scene_; }
     const GridFrame& frame() const { return frame_; }
-    const RayCaster& caster() const { return caster_; }
-    const TriangleTree& tree() const { return tree_; }
+    const RayCaster& caster() const { return shapes_->caster; }
+    const TriangleTree& tree() const { return shapes_->tree; }
     const OpticalMedium& medium(int index) const { return media_[static_cast<std::size_t>(index)]; }
     const MediumSides& sides(int surface) const { return sides_[static_cast<std::size_t>(surface)]; }
     /// Whether light of different wavelengths parts at a surface.
@@ -78,7 +79,7 @@ public:
     RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
 
     /// Whether planes or height fields stand in the scene, which may be met far from all bodies.
-    bool standsEndless() const { return caster_.hasPlanes() || !height_fields_.empty(); }
+    bool standsEndless() const { return caster().hasPlanes() || !height_fields_.empty(); }
 
     /// What light is in that comes from a lamp or a sun to its first surface.
     /// @param face  geometric normal of the surface, on the side of ior_above
@@ -112,8 +113,7 @@ private:
 
     const Scene& scene_;
     GridFrame frame_;
-    RayCaster caster_;
-    TriangleTree tree_;
+    std::shared_ptr<const SceneShapes> shapes_;
     LightEnd light_end_;
     std::vector<OpticalMedium> media_;
     std::vector<Medium> given_media_;
