@@ -135,13 +135,19 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
                                                  LoadContext& context, MeshShape* shape) {
     std::optional<UpAxis> up;
     if (const auto axis = table.choice("up", {"y", "z"})) up = static_cast<UpAxis>(*axis);
-    const bool smooth = table.flag("smooth").value_or(true);
+    const auto smooth = table.flag("smooth");
     const Placement placement = loadPlacement(table);
     return placed(table, "file", [&] {
         TriangleMesh mesh = loadTriangles(table, context.path(file), up, context);
         place(mesh, placement);
         if (shape) *shape = shapeOf(mesh);
-        return std::make_shared<TriangleMesh>(smooth ? std::move(mesh) : withFacetNormals(mesh));
+        const bool flat = smooth ? !*smooth : shape && shape->faceted && !mesh.shaded_smooth;
+        if (flat && !smooth)
+            context.monitor.note(
+                fmt::format("'{}': all of its edges are sharp, so its faces are flat; smooth = true "
+                            "rounds them",
+                            file));
+        return std::make_shared<TriangleMesh>(flat ? withFacetNormals(mesh) : std::move(mesh));
     });
 }
 
@@ -263,13 +269,13 @@ Surface loadSurface(const ConfigValue& value, std::size_t number, const Domain* 
     }
     refuse(table, kHeightFieldKeys, "is for kind = \"height_field\"");
     surface.thin = table.flag("thin").value_or(false);
-    surface.smooth = table.flag("smooth").value_or(true);
     if (kind == 1) {
         refuse(table, {"radius"}, "is for kind = \"sphere\"");
         const auto file = table.text("file");
         if (!file) table.missing("file", "\"water.obj\"");
         MeshShape shape;
         surface.mesh = loadMeshKeys(table, *file, context, &shape);
+        surface.smooth = table.flag("smooth").value_or(!shape.faceted || surface.mesh->shaded_smooth);
         checkMesh(table, shape, surface, context);
     } else {
         loadSphere(table, surface);

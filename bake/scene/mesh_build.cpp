@@ -72,6 +72,20 @@ std::string extensionOf(const std::string& path) {
     return extension;
 }
 
+/// Whether any vertex leans away from the flat face that it is a corner of.
+bool shadedSmooth(const RawMesh& raw) {
+    constexpr double kLeaning = 0.9994;  // cosine of 2 degrees
+    if (raw.normals.empty()) return false;
+    return std::any_of(raw.triangles.begin(), raw.triangles.end(), [&](const std::array<std::uint32_t, 3>& triangle) {
+        const glm::dvec3 face = doubleArea(raw.positions, triangle);
+        const double area = glm::length(face);
+        return area > 0 && std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t corner) {
+                   const double length = glm::length(raw.normals[corner]);
+                   return length > 0 && std::fabs(glm::dot(raw.normals[corner], face)) < kLeaning * length * area;
+               });
+    });
+}
+
 }  // namespace
 
 bool addPolygon(RawMesh& mesh, const std::vector<std::uint32_t>& corners) {
@@ -111,6 +125,7 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
         std::for_each(raw.normals.begin(), raw.normals.end(), turn);
     }
 
+    const bool shaded_smooth = shadedSmooth(raw);
     const std::vector<std::uint32_t> target = weldTargets(raw.positions);
     std::size_t skipped = 0;
     std::erase_if(raw.triangles, [&](std::array<std::uint32_t, 3>& triangle) {
@@ -127,6 +142,7 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
 
     // Only vertices that a triangle uses live on, in their old order.
     TriangleMesh mesh;
+    mesh.shaded_smooth = shaded_smooth;
     std::vector<std::uint32_t> renumbered(raw.positions.size(), kNone);
     for (const auto& triangle : raw.triangles)
         for (const std::uint32_t corner : triangle) renumbered[corner] = 0;

@@ -33,6 +33,27 @@ std::vector<EdgeUse> edgeUses(const TriangleMesh& mesh) {
     return uses;
 }
 
+/// Whether all edges are those of flat faces: no low number of triangles stands for something round.
+bool isFaceted(const TriangleMesh& mesh, const std::vector<EdgeUse>& uses) {
+    constexpr double kFlat = 1 - 6e-8, kSharp = 0.766;  // cosines of 0.02 degrees, as of rounded positions, and of 40
+    const auto normal = [&](std::uint32_t t) {
+        const auto& c = mesh.triangles[t];
+        const glm::dvec3 cross =
+            glm::cross(mesh.positions[c[1]] - mesh.positions[c[0]], mesh.positions[c[2]] - mesh.positions[c[0]]);
+        return glm::length(cross) > 0 ? glm::normalize(cross) : glm::dvec3(0);
+    };
+    bool sharp = false;
+    for (std::size_t i = 0; i + 1 < uses.size(); ++i) {
+        if (uses[i].edge != uses[i + 1].edge) continue;
+        const double turn = glm::dot(normal(uses[i].triangle), normal(uses[i + 1].triangle)) *
+                            (uses[i].upwards == uses[i + 1].upwards ? -1 : 1);
+        if (turn > kFlat) continue;
+        if (turn > kSharp) return false;
+        sharp = true;
+    }
+    return sharp;
+}
+
 std::size_t countDoubled(const TriangleMesh& mesh) {
     std::vector<std::array<std::uint32_t, 3>> sorted = mesh.triangles;
     for (auto& t : sorted) std::sort(t.begin(), t.end());
@@ -85,6 +106,7 @@ MeshShape shapeOf(const TriangleMesh& mesh) {
     MeshShape shape;
     shape.doubled = countDoubled(mesh);
     const std::vector<EdgeUse> uses = edgeUses(mesh);
+    shape.faceted = isFaceted(mesh, uses);
     Parts parts(mesh.triangles.size());
     std::vector<PartSums> sums(mesh.triangles.size());
     for (std::size_t i = 0, end = 0; i < uses.size(); i = end) {

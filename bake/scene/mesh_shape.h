@@ -18,6 +18,8 @@ struct MeshShape {
     double turned_share = 0;
     double volume = 0;  ///< enclosed by the closed parts [m3]; negative where most of them is wound inwards
 
+    bool faceted = false;  ///< some edges are sharper than 40 degrees, and all others lie in flat faces
+
     bool closed() const { return parts > 0 && closed_parts == parts; }
 };
 

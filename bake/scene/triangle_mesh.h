@@ -13,6 +13,7 @@ struct TriangleMesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::dvec3> normals;  ///< unit, one per position: the file's, or area-weighted from the faces
     std::vector<std::array<std::uint32_t, 3>> triangles;
+    bool shaded_smooth = false;  ///< the file gives normals, and not those of its flat faces
 };
 
 }  // namespace photic

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Media, lights, mirrors, spheres, placement and cameras as a scene file gives them, and what of them no method can
 // bake yet.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -234,6 +236,48 @@ TEST_F(Glass, CamerasLookSomewhere) {
     refusedRest("[[camera]]\nposition = [0, 0, 2]\ntarget = [0, 0, 2]\n", "s.toml:15:1", {"where the camera stands"});
     refusedRest("[[camera]]\nposition = [0, 0, 2]\ntarget = [0, 0, 1]\n", "s.toml:15:1", {"along its own 'up'"});
     refusedRest("[camera]\nposition = [0, 0, 2]\n", "s.toml:13:", {"[[camera]], with two brackets"});
+}
+
+TEST_F(Glass, ABodyWhoseEdgesAreAllSharpHasFlatFaces) {
+    const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\n";
+    const std::vector<std::vector<int>> quads{{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
+                                              {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+    std::string plain = corners, rounded = corners;
+    for (int i = 0; i < 8; ++i)
+        rounded += fmt::format("vn {} {} {}\n", (i & 1) * 2 - 1, (i >> 1 & 1) * 2 - 1, (i >> 2) * 2 - 1);
+    for (const auto& q : quads) {
+        plain += fmt::format("f {} {} {} {}\n", q[0], q[1], q[2], q[3]);
+        rounded += fmt::format("f {0}//{0} {1}//{1} {2}//{2} {3}//{3}\n", q[0], q[1], q[2], q[3]);
+    }
+    write("cube.obj", plain), write("rounded.obj", rounded);
+    // A prism of twelve sides: its edges are no sharper than 30 degrees.
+    std::string barrel;
+    for (int i = 0; i < 24; ++i)
+        barrel += fmt::format("v {} {} {}\n", std::cos(i / 2 * M_PI / 6), std::sin(i / 2 * M_PI / 6), i % 2);
+    for (int i = 0; i < 12; ++i) {
+        const int a = 2 * i + 1, b = 2 * ((i + 1) % 12) + 1;
+        barrel += fmt::format("f {} {} {} {}\n", a, b, b + 1, a + 1);
+    }
+    write("barrel.obj", barrel);
+    const auto smooth = [&](const std::string& file, const std::string& keys = "") {
+        SceneText text;
+        text.surface = "[[surface]]\nkind = \"mesh\"\nfile = \"" + file + "\"\nevent = \"mirror\"\n" + keys;
+        return load(text).surfaces[0].smooth;
+    };
+    EXPECT_FALSE(smooth("cube.obj"));
+    EXPECT_TRUE(smooth("cube.obj", "smooth = true\n"));
+    EXPECT_TRUE(smooth("rounded.obj")) << "its normals say so";
+    EXPECT_FALSE(smooth("rounded.obj", "smooth = false\n"));
+    EXPECT_TRUE(smooth("barrel.obj"));
+    SceneText text;
+    text.surface = "[[surface]]\nkind = \"mesh\"\nfile = \"cube.obj\"\nevent = \"mirror\"\n";
+    const Scene scene = load(text);
+    for (const auto& t : scene.surfaces[0].mesh->triangles)
+        for (const auto corner : t)
+            EXPECT_NEAR(std::fabs(scene.surfaces[0].mesh->normals[corner].x) +
+                            std::fabs(scene.surfaces[0].mesh->normals[corner].y) +
+                            std::fabs(scene.surfaces[0].mesh->normals[corner].z),
+                        1, 1e-12);
 }
 
 }  // namespace
