@@ -31,7 +31,6 @@ constexpr double kDearer = 4, kDearerOnWalls = 14;
 // wall, and is much the same from strip to strip.
 constexpr std::array<int, 8> kStrips{2, 5, 0, 7, 4, 1, 6, 3};
 constexpr std::size_t kFewestStrips = 2;
-constexpr double kTreeSecondsATriangle = 2e-6;
 constexpr std::size_t kMostReceivers = 4, kMostFaces = 4;  // the largest ones
 
 /// A flat part of a receiver: a plane's rectangle, or that around a triangle of a mesh.
@@ -191,14 +190,6 @@ std::vector<Receiver> receiversOf(const Scene& scene, double detail, const Volum
     return all;
 }
 
-std::size_t trianglesOf(const Scene& scene) {
-    std::size_t count = 0;
-    for (const Object& object : scene.objects)
-        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape))
-            count += (*mesh)->triangles.size();
-    return count;
-}
-
 /// Nobody looks behind a plane that stops light.
 bool isHidden(const Scene& scene, const std::string& name, const glm::dvec3& point, double margin) {
     for (const Object& object : scene.objects) {
@@ -231,10 +222,7 @@ std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, 
     const bool launched_whole = std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
                                             [](const Surface& s) { return s.height_field == nullptr; });
     if (launched_whole) return {};
-    // Each part builds the trees of all that casts shadows anew, and so does what tells the cost.
     double& budget = allowance.seconds;
-    const double trees = kTreeSecondsATriangle * static_cast<double>(trianglesOf(scene));
-    if (trees > 0 && 2 * trees > budget) return {};
     const double whole =
         (std::fabs(texels.normal.z) > 0.7 ? kDearer : kDearerOnWalls) * planeLightSeconds(scene, texels, tolerance);
     if (whole <= budget) {

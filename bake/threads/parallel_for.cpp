@@ -23,7 +23,7 @@ std::atomic<int> g_threads{0};
 
 // Numbers below 1e-38 count as 0 while it lives, on every thread alike: libraries set that on some threads and leave it
 // there, which would let results depend on who does what; and such numbers are slow, and are many behind opaque media.
-class TinyIsZero {
+class [[maybe_unused]] TinyIsZero {
 public:
 #ifdef __SSE2__
     TinyIsZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | kFlushToZero | kDenormalsAreZero); }
