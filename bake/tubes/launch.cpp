@@ -200,6 +200,18 @@ void Launch::mesh(LaunchTotals& totals) {
     });
 }
 
+// Of a large one, as of a cube's face, faint light would be looked for by a few rays: what they happen to find would
+// get the power of all of it.
+bool Launch::isSmall(const LaunchMesh& mesh, int triangle) const {
+    constexpr double kSmall = 4;  // [voxels]
+    const double voxel = std::cbrt(tracer_.optics().frame().voxelVolume());
+    for (int k = 0; k < 3; ++k) {
+        const EmissionParam a = mesh.corner(triangle, k), b = mesh.corner(triangle, (k + 1) % 3);
+        if (glm::length(a.position - b.position) > kSmall * voxel) return false;
+    }
+    return true;
+}
+
 // Divides seeds that belong together, each by itself or their root instead of them.
 void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* roots, Refiner& refiner,
                          TubeBuilder& builder, std::int64_t& traced) {
@@ -207,7 +219,7 @@ void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* root
     const bool held = !shared_ || is_first_;
     const int root = seeds.front().root;
     builder.setRoot(root);
-    if (roots && seeds.size() > 1) {
+    if (roots && seeds.size() > 1 && isSmall(*roots, root)) {
         Path corners[3];
         for (int k = 0; k < 3; ++k) corners[k] = tracer_.trace(roots->corner(root, k), roots->face(root));
         traced += 3;

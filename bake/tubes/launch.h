@@ -88,6 +88,7 @@ public:
 private:
     bool hidesItsBack() const;
     bool isBehind(const LaunchMesh& mesh, int triangle) const;
+    bool isSmall(const LaunchMesh& mesh, int triangle) const;
     void refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* roots, Refiner& refiner, TubeBuilder& builder,
                      std::int64_t& traced);
 

@@ -5,7 +5,10 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
 #include <numbers>
+#include <tuple>
+#include <utility>
 
 #include "bake/scene/load_toml.h"
 
@@ -30,6 +33,26 @@ GivenOptions option(const std::string& name, OptionValue value) { return {{name,
 GivenOptions operator|(GivenOptions a, const GivenOptions& b) {
     for (const auto& [name, value] : b) a[name] = value;
     return a;
+}
+
+Baked whole(Baked baked) {
+    baked.result.volume = withoutLobes(std::move(baked.result.volume));
+    return baked;
+}
+
+double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift) {
+    std::map<std::tuple<int, int, int>, std::pair<double, double>> blocks;
+    const GridFrame& f = b.frame();
+    for (int k = f.min.z; k <= f.max.z; ++k)
+        for (int j = f.min.y; j <= f.max.y; ++j)
+            for (int i = f.min.x; i <= f.max.x; ++i) {
+                const glm::ivec3 v(i, j, k), block = (v - f.min) / side;
+                auto& [x, y] = blocks[{block.x, block.y, block.z}];
+                x += a.irradiance(v + shift), y += b.irradiance(v);
+            }
+    double off = 0, sum = 0;
+    for (const auto& [place, means] : blocks) off += std::fabs(means.first - means.second), sum += means.second;
+    return sum > 0 ? off / sum : off;
 }
 
 std::vector<std::string> methodNames() {

@@ -26,6 +26,13 @@ struct Baked {
 Baked bakeScene(Scene scene, const std::string& method, const GivenOptions& options = {});
 Baked bakeText(const std::string& toml, const std::string& method, const GivenOptions& options = {});
 
+/// All light of a bake in one field: which voxels have two lobes is not asked.
+Baked whole(Baked baked);
+
+/// Relative L1 of means over blocks of side^3 voxels between two fields, the first of which is moved by `shift` voxels:
+/// noise of single voxels is averaged away, errors that stay in place are not.
+double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift = glm::ivec3(0));
+
 GivenOptions option(const std::string& name, OptionValue value);
 GivenOptions operator|(GivenOptions a, const GivenOptions& b);
 

@@ -10,58 +10,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <map>
-#include <tuple>
 #include <vector>
 
-#include "tests/conformance/bake_scene.h"
+#include "tests/conformance/against_photons.h"
 
 namespace photic {
 namespace {
-
-/// Mean irradiance (all channels) and flux over blocks of side^3 voxels, and by how much two fields differ there.
-class Blocks {
-public:
-    explicit Blocks(int side) : side_(side) {}
-    /// sum |a - b| / sum b over blocks: noise of single voxels is averaged away, errors that stay in place are not.
-    double difference(const LightField& a, const LightField& b) const {
-        const auto x = means(a), y = means(b);
-        double error = 0, sum = 0;
-        for (const auto& [block, value] : y) {
-            const auto it = x.find(block);
-            error += std::fabs((it == x.end() ? 0 : it->second) - value), sum += value;
-        }
-        for (const auto& [block, value] : x)
-            if (!y.count(block)) error += value;
-        return error / sum;
-    }
-
-private:
-    std::map<std::tuple<int, int, int>, double> means(const LightField& field) const {
-        std::map<std::tuple<int, int, int>, double> out;
-        const GridFrame& f = field.frame();
-        for (int k = f.min.z; k <= f.max.z; ++k)
-            for (int j = f.min.y; j <= f.max.y; ++j)
-                for (int i = f.min.x; i <= f.max.x; ++i)
-                    out[{(i - f.min.x) / side_, (j - f.min.y) / side_, (k - f.min.z) / side_}] +=
-                        field.irradiance({i, j, k});
-        return out;
-    }
-    int side_;
-};
-
-double total(const LightField& field) { return field.sum(0); }
-
-/// All light of a bake in one field: which voxels have two lobes is not asked here.
-Baked bakeWhole(const std::string& toml, const std::string& method, const GivenOptions& options = {}) {
-    Baked baked = bakeText(toml, method, options);
-    baked.result.volume = withoutLobes(std::move(baked.result.volume));
-    return baked;
-}
-
-GivenOptions photons(std::int64_t count) { return option("count", count); }
 
 // --- The wave of bake_scene.h, whose voxel means are known.
 
@@ -136,28 +90,6 @@ waves = [
 ])";
     }
 };
-
-struct Compared {
-    double blocks = 0;  ///< relative L1 of means over 4^3 voxels
-    double total = 0;   ///< relative difference of all the light
-};
-Compared againstPhotons(const std::string& toml, std::int64_t count = 2'000'000) {
-    const Baked beams = bakeWhole(toml, "beams"), reference = bakeWhole(toml, "photons", photons(count));
-    const Compared c{Blocks(4).difference(beams.field(), reference.field()),
-                     total(beams.field()) / total(reference.field()) - 1};
-    fmt::print("  blocks {:.4f}, total {:+.5f}; ledgers {:.1e} {:.1e}\n", c.blocks, c.total,
-               beams.result.report.power.imbalance(), beams.result.report.path.imbalance());
-    EXPECT_LT(beams.result.report.power.imbalance(), 1e-6);
-    EXPECT_LT(beams.result.report.path.imbalance(), 1e-6);
-    EXPECT_GT(total(reference.field()), 0);
-    return c;
-}
-
-void expectAlike(const std::string& toml, double blocks = 0.01, double all = 0.003) {
-    const Compared c = againstPhotons(toml);
-    EXPECT_LT(c.blocks, blocks);
-    EXPECT_NEAR(c.total, 0, all);
-}
 
 TEST(DefaultSettings, RefractedLightIsThePhotons) { expectAlike(Basin{}.toml()); }
 
@@ -257,7 +189,7 @@ TEST(DefaultSettings, AMeshOfWaterIsTheHeightField) {
     triangles.surface = mesh.toml();
     const Baked a = bakeText(field.toml(), "beams"), b = bakeText(triangles.toml(), "beams");
     EXPECT_NEAR(total(b.field()) / total(a.field()), 1, 2e-3);
-    EXPECT_LT(Blocks(2).difference(b.field(), a.field()), 0.01);
+    EXPECT_LT(blockDifference(b.field(), a.field(), 2), 0.01);
 }
 
 TEST(DefaultSettings, AMeshAsAMirrorIsThePhotons) {
@@ -272,104 +204,6 @@ TEST(DefaultSettings, AMeshWithBothBranchesIsThePhotons) {
     Basin basin;
     basin.surface = mesh.toml(), basin.event = "both", basin.high = 0.5;
     expectAlike(basin.toml());
-}
-
-// --- Glass.
-
-/// A ball of 2 n x n quads as an OBJ file, around the origin; removed at the end.
-class BallMesh {
-public:
-    BallMesh(int n, double radius) : path_(fmt::format("{}photic_ball_{}.obj", ::testing::TempDir(), ::getpid())) {
-        std::ofstream out(path_);
-        out << fmt::format("v 0 0 {0}\nv 0 0 -{0}\n", radius);
-        for (int j = 1; j < n; ++j)
-            for (int i = 0; i < 2 * n; ++i) {
-                const double t = M_PI * j / n, p = M_PI * i / n;
-                out << fmt::format("v {:.9f} {:.9f} {:.9f}\n", radius * std::sin(t) * std::cos(p),
-                                   radius * std::sin(t) * std::sin(p), radius * std::cos(t));
-            }
-        const auto vertex = [n](int i, int j) { return 3 + (j - 1) * 2 * n + i % (2 * n); };
-        for (int i = 0; i < 2 * n; ++i) {
-            out << fmt::format("f 1 {} {}\n", vertex(i, 1), vertex(i + 1, 1));
-            out << fmt::format("f 2 {} {}\n", vertex(i + 1, n - 1), vertex(i, n - 1));
-            for (int j = 1; j + 1 < n; ++j)
-                out << fmt::format("f {0} {1} {3}\nf {0} {3} {2}\n", vertex(i, j), vertex(i, j + 1), vertex(i + 1, j),
-                                   vertex(i + 1, j + 1));
-        }
-    }
-    ~BallMesh() { std::filesystem::remove(path_); }
-    BallMesh(const BallMesh&) = delete;
-    BallMesh& operator=(const BallMesh&) = delete;
-    const std::string& path() const { return path_; }
-
-private:
-    std::string path_;
-};
-
-TEST(DefaultSettings, GlassDeepUnderWaterIsThePhotons) {
-    // So fine that it is launched across the light, which meets the water far above it first.
-    const BallMesh ball(48, 0.1);
-    for (const std::string& kind :
-         {std::string("kind = \"sphere\"\nradius = 0.1"), fmt::format("kind = \"mesh\"\nfile = \"{}\"", ball.path())}) {
-        const std::string toml = fmt::format(R"(photic = 1
-[domain]
-min = [-0.3, -0.3, -2.1]
-max = [0.3, 0.3, -1.3]
-voxel_size = 0.025
-[[light]]
-type = "sun"
-direction = [0.1, 0.2, -1]
-angular_diameter = 0
-[[medium]]
-name = "glass"
-ior = 1.5
-priority = 1
-[[surface]]
-name = "water"
-size = [6, 6]
-flat = true
-[[surface]]
-name = "ball"
-{}
-inside = "glass"
-event = "refract"
-position = [0, 0, -1.6]
-)",
-                                             kind);
-        const Compared c = againstPhotons(toml);
-        EXPECT_LT(c.blocks, 0.005);
-        EXPECT_NEAR(c.total, 0, 5e-4);
-    }
-}
-
-TEST(DefaultSettings, WhereTheIndexIsTheSameThereIsNoGlass) {
-    const auto toml = [](bool ball) {
-        return fmt::format(R"(photic = 1
-[domain]
-min = [-0.3, -0.3, -0.9]
-max = [0.3, 0.3, -0.1]
-voxel_size = 0.025
-[[light]]
-type = "sun"
-direction = [0.1, 0.2, -1]
-angular_diameter = 0
-[[medium]]
-name = "glass"
-ior = 1.333
-priority = 1
-[[surface]]
-name = "water"
-size = [6, 6]
-flat = true
-{})",
-                           ball ? "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.1\ninside = \"glass\"\n"
-                                  "event = \"both\"\nposition = [0, 0, -0.5]\n"
-                                : "");
-    };
-    const Baked with = bakeWhole(toml(true), "beams"), without = bakeWhole(toml(false), "beams");
-    // What its outline misplaces, of the 9 % of the light that go through it.
-    EXPECT_NEAR(total(with.field()) / total(without.field()), 1, 5e-4);
-    EXPECT_LT(Blocks(2).difference(with.field(), without.field()), 2e-3);
 }
 
 // --- Shadows.
@@ -445,7 +279,7 @@ TEST(DefaultSettings, ALowSunIsWithinOnePercent) {
     // Voxel by voxel against four planes a layer and a fine mesh.
     const Baked plain = bakeText(lowSun(""), "beams"),
                 fine = bakeText(lowSun("quadrature = 4\n"), "beams", option("spacing", 0.25));
-    const double error = Blocks(1).difference(plain.field(), fine.field());
+    const double error = blockDifference(plain.field(), fine.field(), 1);
     fmt::print("  relative L1 of voxels {:.4f}\n", error);
     EXPECT_LT(error, 0.01);
 }
@@ -459,11 +293,11 @@ TEST(DefaultSettings, TheErnstPresetRunsWithinItsErrorInEnergy) {
                 exact = bakeText(Basin{}.toml(), "beams");
     EXPECT_LT(paper.result.report.power.imbalance(), 1e-6);
     const double error = paper.result.report.path.imbalance();
-    fmt::print("  energy off by {:.4f}, blocks by {:.4f}\n", error, Blocks(4).difference(paper.field(), exact.field()));
+    fmt::print("  energy off by {:.4f}, blocks by {:.4f}\n", error, blockDifference(paper.field(), exact.field(), 4));
     EXPECT_LT(error, 0.1);
     // The ledger tells the error that there is.
     EXPECT_NEAR(std::fabs(total(paper.field()) / total(exact.field()) - 1), error, 0.01);
-    EXPECT_LT(Blocks(4).difference(paper.field(), exact.field()), 0.15);
+    EXPECT_LT(blockDifference(paper.field(), exact.field(), 4), 0.15);
 }
 
 }  // namespace

@@ -9,11 +9,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <map>
-#include <tuple>
 
 #include "bake/field/grid_laws.h"
-#include "bake/file/vdb.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
@@ -36,17 +33,11 @@ constexpr double kPhotons = 0.02;       // relative, of all light; and of the po
 constexpr double kPhotonsBent = 0.06;
 constexpr std::int64_t kPhotonCount = 1 << 18;
 
-// All light in one lobe: which voxels have two depends on them alone, yet laws are about light.
-Baked joined(Baked baked) {
-    baked.result.volume = withoutLobes(std::move(baked.result.volume));
-    return baked;
-}
-
 Baked bakeModel(const SceneModel& scene, const std::string& directory) {
     Monitor monitor;
     Scene parsed = parseScene(scene.toml(directory), "scene.toml", directory, 0, monitor);
     const std::string method = parsed.bake.method;
-    return joined(bakeScene(std::move(parsed), method));
+    return whole(bakeScene(std::move(parsed), method));
 }
 
 bool followsAllLight(const SceneModel& scene) {
@@ -202,21 +193,6 @@ std::string verdict(const SceneModel& scene, const std::string& directory) {
 }
 
 }  // namespace
-
-double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift) {
-    std::map<std::tuple<int, int, int>, std::pair<double, double>> blocks;
-    const GridFrame& f = b.frame();
-    for (int k = f.min.z; k <= f.max.z; ++k)
-        for (int j = f.min.y; j <= f.max.y; ++j)
-            for (int i = f.min.x; i <= f.max.x; ++i) {
-                const glm::ivec3 v(i, j, k), block = (v - f.min) / side;
-                auto& [x, y] = blocks[{block.x, block.y, block.z}];
-                x += a.irradiance(v + shift), y += b.irradiance(v);
-            }
-    double off = 0, sum = 0;
-    for (const auto& [place, means] : blocks) off += std::fabs(means.first - means.second), sum += means.second;
-    return sum > 0 ? off / sum : off;
-}
 
 bool sameBits(const LightField& a, const LightField& b) {
     if (a.leafCount() != b.leafCount()) return false;

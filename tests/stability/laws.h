@@ -24,8 +24,6 @@ std::optional<Violation> brokenLaw(const SceneModel& scene, const std::string& d
 
 /// The laws that one field can break by itself.
 std::optional<Violation> brokenByField(const LightField& field);
-/// Relative L1 of means over blocks of side^3 voxels between two fields, one of which is moved by `shift` voxels.
-double blockDifference(const LightField& a, const LightField& b, int side, const glm::ivec3& shift = glm::ivec3(0));
 bool sameBits(const LightField& a, const LightField& b);
 
 /// What became of a scene that was tried in a process of its own.

@@ -8,6 +8,7 @@
 
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
+#include "tests/conformance/bake_scene.h"
 #include "tests/stability/laws.h"
 #include "tests/stability/random_scene.h"
 
