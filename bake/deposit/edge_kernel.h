@@ -74,6 +74,14 @@ void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3]
 /// The same, voxel by voxel and without running sums: the plain kernel that the vector ones are measured against.
 void scalarKernel(const TubeSet& set, const std::uint32_t* blocks, int block_count, TileSums& tile);
 
+/// Whether this tile counts a tube's layer for the ledger: whether it holds the centroid of the tube there, moved into
+/// the rectangle of processed tiles. In double precision and from what all tiles share, so that of the tiles beside a
+/// seam exactly one does.
+///
+/// @param first_corner, c  of the block, and the tube's three in it
+bool ownsTubeLayer(const TileSums& tile, const TubeSet& set, std::uint32_t first_corner, const std::uint8_t c[3],
+                   int lane);
+
 /// Mean over a triangle of a linear function clamped to [0, 1], from its corner values.
 double meanClamped(double a, double b, double c);
 

@@ -40,7 +40,17 @@ public:
         for (int l = 0; l < kLanes; ++l) {
             shift_u_[l] = static_cast<float>(tile.shift_u[l]);
             shift_v_[l] = static_cast<float>(tile.shift_v[l]);
+            counted_[l] = l < tile.active_lanes ? 1.0f : 0.0f;
         }
+        // Origins are subtracted as integers: far from the world's origin single precision does not hold them.
+        rect_low_u_ = static_cast<float>(tile.rect_min_u - tile.u0) - shift_u_;
+        rect_high_u_ = static_cast<float>(tile.rect_max_u - tile.u0) - shift_u_;
+        rect_low_v_ = static_cast<float>(tile.rect_min_v - tile.v0) - shift_v_;
+        rect_high_v_ = static_cast<float>(tile.rect_max_v - tile.v0) - shift_v_;
+        tile_low_u_ = borderAt(tile.tile_min_u, tile.rect_min_u, tile.u0, -kFar) - shift_u_;
+        tile_high_u_ = borderAt(tile.tile_max_u, tile.rect_max_u, tile.u0, kFar) - shift_u_;
+        tile_low_v_ = borderAt(tile.tile_min_v, tile.rect_min_v, tile.v0, -kFar) - shift_v_;
+        tile_high_v_ = borderAt(tile.tile_max_v, tile.rect_max_v, tile.v0, kFar) - shift_v_;
     }
 
     void add(const TubeBlock& block) {
@@ -50,6 +60,16 @@ public:
     }
 
 private:
+    static constexpr float kFar = 3.0e30f;
+    // Places are known in single precision: tubes that miss the buffer by less are looked at all the same, and the
+    // seam beside those whose centroid is nearer to it is decided in double precision.
+    static constexpr float kNear = 1.0e-2f;
+
+    // A tile's border in the buffer: what is past the rectangle's own border is moved into it, to the tile there.
+    static float borderAt(int tile, int rectangle, int origin, float past) {
+        return tile == rectangle ? past : static_cast<float>(tile - origin);
+    }
+
     // Where each corner ray meets the planes of the slab, in the buffer's columns and rows.
     void placeCorners(const TubeBlock& block) {
         const V lane = iota<V>();
@@ -110,8 +130,8 @@ private:
             const std::uint8_t* c = triangles[t].corner;
             const TubeConstants& tube = set_.tubes[block.first_tube + t];
             at_.present[t] = false;
-            if (least3(at_.min_x, c) >= static_cast<float>(tile_.columns) || most3(at_.max_x, c) <= 0.0f ||
-                least3(at_.min_y, c) >= static_cast<float>(tile_.rows) || most3(at_.max_y, c) <= 0.0f)
+            if (least3(at_.min_x, c) > static_cast<float>(tile_.columns) + kNear || most3(at_.max_x, c) < -kNear ||
+                least3(at_.min_y, c) > static_cast<float>(tile_.rows) + kNear || most3(at_.max_y, c) < -kNear)
                 continue;
             V length;
             if (!openLength(c, length)) continue;
@@ -164,7 +184,7 @@ private:
                 for (int k = 0; k < 3; ++k) amounts[kIrradiance + k] = mean * (1.0f / kIrradiance) * tube.travel[k];
         });
         for (int k = 0; k < kIrradiance; ++k) at_.density[t][k] = amount[k] * inverse;
-        account(x, y, tube.length, amount);
+        account(block, c, tube.length, amount);
     }
 
     // The same where the tube leans differently in each layer: per channel, power x what is left of it x open length x
@@ -205,7 +225,7 @@ private:
             for (int k = 0; k < kChannels; ++k) amounts[k] = amount[k][l];
         });
         for (int k = 0; k < kChannels; ++k) at_.density[t][k] = amount[k] * inverse;
-        account(x, y, 1.0f, amount);
+        account(block, c, 1.0f, amount);
     }
 
     // 2 / area, and 0 in lanes where the tube is a sliver, whose density would drown its neighbours in rounding: it is
@@ -249,33 +269,31 @@ private:
         }
     }
 
-    // The other side of the path ledger: what this tube must deposit inside the rectangle of processed tiles.
+    // The other side of the path ledger: what this tube must deposit inside the rectangle of processed tiles. The tile
+    // that holds the centroid (moved into the rectangle) owns the tube's layer.
     // @param per_layer  path [m] that the amounts are still to be multiplied with
-    void account(const V* x, const V* y, float per_layer, const V* amount) {
-        const V x0 = x[0], x1 = x[1], x2 = x[2], y0 = y[0], y1 = y[1], y2 = y[2];
+    void account(const TubeBlock& block, const std::uint8_t* c, float per_layer, const V* amount) {
+        const V x0 = at_.x[c[0]], x1 = at_.x[c[1]], x2 = at_.x[c[2]];
+        const V y0 = at_.y[c[0]], y1 = at_.y[c[1]], y2 = at_.y[c[2]];
         V mean = amount[0];
         if (kIrradiance == 3) mean = (amount[0] + amount[1] + amount[2]) * (1.0f / 3.0f);
-        // The tile that holds the centroid (moved into the rectangle) owns the tube's layer.
-        // Origins are subtracted as integers: far from the world's origin single precision does not hold them.
-        const V low_u = static_cast<float>(tile_.rect_min_u - tile_.u0) - shift_u_,
-                high_u = static_cast<float>(tile_.rect_max_u - tile_.u0) - shift_u_;
-        const V low_v = static_cast<float>(tile_.rect_min_v - tile_.v0) - shift_v_,
-                high_v = static_cast<float>(tile_.rect_max_v - tile_.v0) - shift_v_;
-        const V cu = clampTo<V>((x0 + x1 + x2) * (1.0f / 3.0f), low_u, high_u - 1.0e-3f);
-        const V cv = clampTo<V>((y0 + y1 + y2) * (1.0f / 3.0f), low_v, high_v - 1.0e-3f);
-        const V tile_low_u = static_cast<float>(tile_.tile_min_u - tile_.u0) - shift_u_,
-                tile_high_u = static_cast<float>(tile_.tile_max_u - tile_.u0) - shift_u_;
-        const V tile_low_v = static_cast<float>(tile_.tile_min_v - tile_.v0) - shift_v_,
-                tile_high_v = static_cast<float>(tile_.tile_max_v - tile_.v0) - shift_v_;
-        const V counted =
-            least<V>(most<V>(static_cast<float>(tile_.active_lanes) - iota<V>(), splat<V>(0.0f)), splat<V>(1.0f));
+        const V cu = (x0 + x1 + x2) * (1.0f / 3.0f), cv = (y0 + y1 + y2) * (1.0f / 3.0f);
         const V least_x = least(least(x0, x1), x2), most_x = most(most(x0, x1), x2);
         const V least_y = least(least(y0, y1), y2), most_y = most(most(y0, y1), y2);
-        const V owned = ((cu >= tile_low_u) & (cu < tile_high_u) & (cv >= tile_low_v) & (cv < tile_high_v) &
-                         (most_x > low_u) & (least_x < high_u) & (most_y > low_v) & (least_y < high_v))
-                            ? mean * counted * per_layer
-                            : splat<V>(0.0f);
-        const V margin = least(least(least_x - low_u, high_u - most_x), least(least_y - low_v, high_v - most_y));
+        const V counted = mean * counted_ * per_layer;
+        V owned =
+            ((cu >= tile_low_u_) & (cu < tile_high_u_) & (cv >= tile_low_v_) & (cv < tile_high_v_) &
+             (most_x > rect_low_u_) & (least_x < rect_high_u_) & (most_y > rect_low_v_) & (least_y < rect_high_v_))
+                ? counted
+                : splat<V>(0.0f);
+        const V seam = least(least(absolute(cu - tile_low_u_), absolute(cu - tile_high_u_)),
+                             least(absolute(cv - tile_low_v_), absolute(cv - tile_high_v_)));
+        if (leastLane(seam) < kNear)
+            for (int l = 0; l < kLanes; ++l)
+                if (seam[l] < kNear)
+                    owned[l] = ownsTubeLayer(tile_, set_, block.first_corner, c, l) ? counted[l] : 0.0f;
+        const V margin = least(least(least_x - rect_low_u_, rect_high_u_ - most_x),
+                               least(least_y - rect_low_v_, rect_high_v_ - most_y));
         if (leastLane(margin) >= 0.0f) {
             for (int l = 0; l < kLanes; ++l) tile_.expected += static_cast<double>(owned[l]);
             return;
@@ -284,9 +302,9 @@ private:
             if (owned[l] == 0.0f) continue;
             double fraction = 1;
             if (margin[l] < 0.0f) {
-                const double xs[3] = {x0[l] - low_u[l], x1[l] - low_u[l], x2[l] - low_u[l]};
-                const double ys[3] = {y0[l] - low_v[l], y1[l] - low_v[l], y2[l] - low_v[l]};
-                fraction = fractionInside(xs, ys, high_u[l] - low_u[l], high_v[l] - low_v[l]);
+                const double xs[3] = {x0[l] - rect_low_u_[l], x1[l] - rect_low_u_[l], x2[l] - rect_low_u_[l]};
+                const double ys[3] = {y0[l] - rect_low_v_[l], y1[l] - rect_low_v_[l], y2[l] - rect_low_v_[l]};
+                fraction = fractionInside(xs, ys, rect_high_u_[l] - rect_low_u_[l], rect_high_v_[l] - rect_low_v_[l]);
             }
             tile_.expected += fraction * static_cast<double>(owned[l]);
         }
@@ -395,7 +413,8 @@ private:
 
     const TubeSet& set_;
     TileSums& tile_;
-    V shift_u_{}, shift_v_{};
+    V shift_u_{}, shift_v_{}, counted_{};  // counted: 1 in the layers that are, 0 in padding
+    V rect_low_u_, rect_high_u_, rect_low_v_, rect_high_v_, tile_low_u_, tile_high_u_, tile_low_v_, tile_high_v_;
     BlockLayers<V, kDensities> at_;
 };
 

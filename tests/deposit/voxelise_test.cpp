@@ -212,6 +212,44 @@ TEST_P(VoxeliseKernels, SumTheSameLightAlongEveryAxis) {
     }
 }
 
+// Tubes much smaller than a voxel whose centroids lie on the seam of two tiles, or beside it by less than single
+// precision tells: one of the tiles counts each, in every layer.
+TEST_P(VoxeliseKernels, CountATubeOnASeamOfTilesOnce) {
+    const auto needed = box({-64, -9, 0}, {150, 60, 15});
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> beside(-4e-6, 4e-6), along(2, 58), slope(-0.3, 0.3);
+    TubeSet set;
+    set.axis = 2, set.sense = 1;
+    const auto topology = BlockTopology::fromTriangles(3, {{{0, 1, 2}}});
+    double power = 0;
+    for (int i = 0; i < 4000; ++i) {
+        set.blocks.push_back(
+            {topology, static_cast<std::uint32_t>(set.corners.size()), static_cast<std::uint32_t>(set.tubes.size())});
+        // In voxels' middles: a seam, between voxels 63 and 64, is at 63.5.
+        const glm::dvec2 centre(63.5 + beside(random), along(random));
+        const double turn = slope(random);
+        for (const glm::dvec2 corner : {glm::dvec2(-0.05, -0.03), glm::dvec2(0.05, -0.03), glm::dvec2(0, 0.06)}) {
+            CornerRay ray;
+            ray.u = centre.x + corner.x, ray.v = centre.y + corner.y, ray.w = -3;
+            ray.dv_dw = 0.1 * turn, ray.w_end = 1e30;
+            set.corners.push_back(ray);
+        }
+        TubeConstants tube{};
+        tube.power[0] = 1.0f + 0.25f * static_cast<float>(i % 4), tube.length = 1, tube.travel[2] = 1;
+        set.tubes.push_back(tube);
+        power += static_cast<double>(tube.power[0]);
+    }
+    set.addSlope(0, 0, 1);
+    for (const DepositKernel kernel : {DepositKernel::Edges, DepositKernel::Scalar}) {
+        VoxeliseOptions options;
+        options.kernel = kernel, options.instruction_set = GetParam();
+        DepositTotals totals;
+        const LightField field = voxelised(set, needed, options, totals, {1, false});
+        EXPECT_NEAR(totals.expected / (16 * power), 1, 1e-12);
+        EXPECT_NEAR(field.sum(0) / power / 16, 1, 1e-5);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, VoxeliseKernels, ::testing::ValuesIn([] {
                              std::vector<InstructionSet> sets{InstructionSet::Portable};
                              for (const auto set : {InstructionSet::Avx2, InstructionSet::Avx512})
