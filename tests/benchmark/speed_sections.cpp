@@ -20,6 +20,13 @@ std::string milliseconds(double s) { return fmt::format("{:.1f}", 1e3 * s); }
 std::string ratio(double r) { return fmt::format("{:.2f}", r); }
 std::string percent(double part) { return fmt::format("{:.1f} %", 100 * part); }
 
+template <class Work>
+double secondsOf(const Work& work) {
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 GivenOptions mesh(std::int64_t cells) { return option("mesh", cells); }
 
 }  // namespace
@@ -129,10 +136,11 @@ void writes(const Effort& effort, Findings& findings) {
     setThreadCount(1);
     const int n = effort.quick ? 16 : 256;
     Timed t = measure(poolCase(poolBox(n), "beams", mesh(n)), effort);
-    Table table{fmt::format("Writing pool {0}^3, mesh {0}, irradiance and direction", n),
-                fmt::format("The bake takes {:.3f} s.", t.seconds),
-                {"file", "write [s]", "share of bake and write", "MB", "bytes a voxel"},
-                {}};
+    Table table{
+        fmt::format("Writing pool {0}^3, mesh {0}, irradiance and direction", n),
+        fmt::format("The bake takes {:.3f} s. Files lie in $TMPDIR. Writing reads all back and compares.", t.seconds),
+        {"file", "write [s]", "write / bake", "read [s]", "read / bake", "MB", "bytes a voxel"},
+        {}};
     const auto voxels = static_cast<double>(t.result.report.needed_voxels);
     const LightVolume& volume = t.result.volume;
     const std::string path =
@@ -142,13 +150,12 @@ void writes(const Effort& effort, Findings& findings) {
                                                 {"mask", Compression::Mask},
                                                 {"blosc", Compression::Blosc},
                                                 {"zip", Compression::Zip}}) {
-            const auto start = std::chrono::steady_clock::now();
-            writeVdb(path, volume, {compression, half});
-            const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            const double written = secondsOf([&] { writeVdb(path, volume, {compression, half}); });
+            const double read = secondsOf([&] { readVdb(path); });
             const auto bytes = static_cast<double>(std::filesystem::file_size(path));
-            table.add({fmt::format("{}, {}", half ? "half" : "float", name), fmt::format("{:.3f}", seconds),
-                       percent(seconds / (seconds + t.seconds)), fmt::format("{:.1f}", bytes / 1e6),
-                       fmt::format("{:.2f}", bytes / voxels)});
+            table.add({fmt::format("{}, {}", half ? "half" : "float", name), fmt::format("{:.3f}", written),
+                       ratio(written / t.seconds), fmt::format("{:.3f}", read), ratio(read / t.seconds),
+                       fmt::format("{:.1f}", bytes / 1e6), fmt::format("{:.2f}", bytes / voxels)});
         }
     }
     std::filesystem::remove(path);
