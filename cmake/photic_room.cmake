@@ -39,3 +39,13 @@ function(photic_test name)
   add_test(NAME ${name} COMMAND test_${name})
   set_tests_properties(${name} PROPERTIES LABELS ${name})
 endfunction()
+
+# photic_heavy_tests(FILE...): test files whose headers (OpenVDB, NanoVDB) take minutes to compile at full optimisation or
+# under sanitizers. It is not their code that is tested.
+function(photic_heavy_tests)
+  set(options -O0)
+  if(PHOTIC_SANITIZE)
+    list(APPEND options -fno-sanitize=all)
+  endif()
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "${options}" SKIP_PRECOMPILE_HEADERS ON)
+endfunction()

@@ -21,23 +21,28 @@ namespace {
 
 using Grids = std::map<std::string, openvdb::GridBase::Ptr>;
 
-// Every grid of a file, brought back to OpenVDB; NanoVDB's checks on the way.
+// A grid of one type, checked by NanoVDB and brought back to OpenVDB. Typed, since for all of NanoVDB's types at once
+// the compiler takes minutes and gigabytes.
+template <class Build>
+void openAs(const nanovdb::GridHandle<>& handle, Grids& grids) {
+    const auto* grid = handle.grid<Build>();
+    if (grid == nullptr) return;
+    EXPECT_TRUE(nanovdb::isValid(*grid, true, true));
+    const openvdb::GridBase::Ptr back = nanovdb::nanoToOpenVDB(*grid);
+    grids[back->getName()] = back;
+}
+
+// Every grid of a file; a type that we do not write fails.
 Grids openAll(const std::string& path) {
     openvdb::initialize();
     Grids grids;
-    for (auto& handle : nanovdb::io::readGrids(path)) {
-        if (const auto* grid = handle.grid<nanovdb::Fp16>()) {
-            EXPECT_TRUE(nanovdb::isValid(*grid, true, true));
-        }
-        if (const auto* grid = handle.grid<nanovdb::Vec4f>()) {
-            EXPECT_TRUE(nanovdb::isValid(*grid, true, true));
-        }
-        if (const auto* grid = handle.grid<nanovdb::Vec3f>()) {
-            EXPECT_TRUE(nanovdb::isValid(*grid, true, true));
-        }
-        const auto back = nanovdb::nanoToOpenVDB(handle);
-        grids[back->getName()] = back;
+    const auto handles = nanovdb::io::readGrids(path);
+    for (const auto& handle : handles) {
+        openAs<nanovdb::Fp16>(handle, grids);
+        openAs<nanovdb::Vec4f>(handle, grids);
+        openAs<nanovdb::Vec3f>(handle, grids);
     }
+    EXPECT_EQ(grids.size(), handles.size());
     return grids;
 }
 
