@@ -176,6 +176,63 @@ void keepReference(const ConfigValue& moving, Scene& scene) {
     }
 }
 
+/// Loads what has a name, of which no two may share one.
+/// @param load  the i-th of them (from 1), from its table
+template <class Thing, class Load>
+void loadNamed(const ConfigValue* tables, const char* title, std::vector<Thing>& out, Load load) {
+    std::map<std::string, std::string> names;
+    const auto found = tablesOf(tables, title);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        out.push_back(load(*found[i], i + 1));
+        refuseTwins(out.back().name, out.back().where, names);
+    }
+}
+
+/// Surfaces, objects, media and cameras, in the order in which what the scene's hash holds is read.
+void loadThings(const TableReader& table, const DomainRequest& domain, LoadContext& context, Scene& scene) {
+    if (const ConfigValue* media = table.find("medium")) loadMedia(*media, context);
+    loadNamed(table.find("surface"), "surface", scene.surfaces, [&](const ConfigValue& value, std::size_t number) {
+        context.monitor.checkCancelled();
+        return loadSurface(value, number, domain.has_box ? &domain.domain : nullptr, context);
+    });
+    loadNamed(table.find("object"), "object", scene.objects, [&](const ConfigValue& value, std::size_t number) {
+        context.monitor.checkCancelled();
+        return loadObject(value, number, context);
+    });
+    scene.medium = context.water, scene.media = std::move(context.media);
+    loadNamed(table.find("camera"), "camera", scene.cameras,
+              [](const ConfigValue& value, std::size_t number) { return loadCamera(value, number); });
+}
+
+/// What a scene needs at least, and what of it excludes something else.
+void checkParts(const Scene& scene, const std::vector<const ConfigValue*>& indices, bool graded) {
+    if (scene.lights.empty())
+        throw Error(ErrorCode::Input, "the scene has no light; add [[light]] with type = \"sun\" and a direction",
+                    scene.file);
+    if (scene.surfaces.empty() && !graded)
+        throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", scene.file);
+    if (!indices.empty() && (scene.surfaces.empty() || graded))
+        throw Error(ErrorCode::Input,
+                    "an [[index]] is of the water below a surface, and beside a medium with 'index' is not built; keep "
+                    "one of the two",
+                    indices.front()->where);
+}
+
+void refuseMoreIndices(const std::vector<const ConfigValue*>& indices) {
+    if (indices.size() > 1)
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
+                        indices.size()),
+            indices[1]->where);
+}
+
+/// Lights shine at the middle of the object whose index bends them.
+void aimAtGraded(const GradedObject& object, Scene& scene) {
+    const auto box = object.index.front()->bounds().value_or(WorldBox{scene.domain.min, scene.domain.max});
+    for (Light& light : scene.lights) aimLight(light, 0.5 * (box.min + box.max), object.name);
+}
+
 }  // namespace
 
 Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
@@ -198,47 +255,14 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     const DomainRequest domain = loadDomain(table.find("domain"), name);
     const auto lights = tablesOf(table.find("light"), "light");
     for (std::size_t i = 0; i < lights.size(); ++i) scene.lights.push_back(loadLight(*lights[i], i + 1));
-    if (const ConfigValue* media = table.find("medium")) loadMedia(*media, context);
-    std::map<std::string, std::string> surface_names, object_names, camera_names;
-    const auto surfaces = tablesOf(table.find("surface"), "surface");
-    for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        monitor.checkCancelled();
-        scene.surfaces.push_back(loadSurface(*surfaces[i], i + 1, domain.has_box ? &domain.domain : nullptr, context));
-        refuseTwins(scene.surfaces.back().name, scene.surfaces.back().where, surface_names);
-    }
-    const auto objects = tablesOf(table.find("object"), "object");
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        monitor.checkCancelled();
-        scene.objects.push_back(loadObject(*objects[i], i + 1, context));
-        refuseTwins(scene.objects.back().name, scene.objects.back().where, object_names);
-    }
-    scene.medium = context.water, scene.media = std::move(context.media);
-    const auto cameras = tablesOf(table.find("camera"), "camera");
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-        scene.cameras.push_back(loadCamera(*cameras[i], i + 1));
-        refuseTwins(scene.cameras.back().name, scene.cameras.back().where, camera_names);
-    }
+    loadThings(table, domain, context, scene);
     const auto indices = tablesOf(table.find("index"), "index");
-    if (indices.size() > 1)
-        throw Error(
-            ErrorCode::Input,
-            fmt::format("{} index volumes are given, but only one below the surface is built; keep one [[index]]",
-                        indices.size()),
-            indices[1]->where);
+    refuseMoreIndices(indices);
     scene.bake.quadrature = 0;  // as loadBake: by the slant of the light
     if (const ConfigValue* bake = table.find("bake")) scene.bake = loadBake(*bake);
     if (scene.medium.present()) scene.bake.grids.density = true;
 
-    if (scene.lights.empty())
-        throw Error(ErrorCode::Input, "the scene has no light; add [[light]] with type = \"sun\" and a direction",
-                    name);
-    if (scene.surfaces.empty() && context.graded.empty())
-        throw Error(ErrorCode::Input, "the scene has no surface that bends light; add a [[surface]]", name);
-    if (!indices.empty() && (scene.surfaces.empty() || !context.graded.empty()))
-        throw Error(ErrorCode::Input,
-                    "an [[index]] is of the water below a surface, and beside a medium with 'index' is not built; keep "
-                    "one of the two",
-                    indices.front()->where);
+    checkParts(scene, indices, !context.graded.empty());
     if (!context.graded.empty()) scene.index = std::make_shared<IndexVolume>(context.graded);
     if (!scene.surfaces.empty()) {
         for (Light& light : scene.lights) aimLight(light, scene.surfaces.front().center, scene.surfaces.front().name);
@@ -247,11 +271,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
-    if (scene.surfaces.empty()) {
-        const GradedObject& object = context.graded.front();
-        const auto box = object.index.front()->bounds().value_or(WorldBox{scene.domain.min, scene.domain.max});
-        for (Light& light : scene.lights) aimLight(light, 0.5 * (box.min + box.max), object.name);
-    }
+    if (scene.surfaces.empty()) aimAtGraded(context.graded.front(), scene);
 
     if (context.animated) context.hashBytes(fmt::format("frame {}", frame));
     scene.hash = context.hash;

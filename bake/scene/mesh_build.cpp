@@ -108,7 +108,9 @@ bool addPolygon(RawMesh& mesh, const std::vector<std::uint32_t>& corners) {
     return false;
 }
 
-TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor) {
+namespace {
+
+void checkRaw(const RawMesh& raw, const std::string& path) {
     for (std::size_t i = 0; i < raw.positions.size(); ++i) {
         const glm::dvec3& p = raw.positions[i];
         if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
@@ -118,15 +120,10 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
     if (raw.triangles.empty())
         throw Error(ErrorCode::Input, fmt::format("'{}' has no triangles{}", path,
                                                   raw.holds.empty() ? "" : fmt::format("; it holds {}", raw.holds)));
-    for (const std::string& warning : raw.warnings) monitor.warn(fmt::format("'{}': {}", path, warning));
-    if (up == UpAxis::Y) {
-        const auto turn = [](glm::dvec3& v) { v = {v.x, -v.z, v.y}; };
-        std::for_each(raw.positions.begin(), raw.positions.end(), turn);
-        std::for_each(raw.normals.begin(), raw.normals.end(), turn);
-    }
+}
 
-    const bool shaded_smooth = shadedSmooth(raw);
-    const std::vector<std::uint32_t> target = weldTargets(raw.positions);
+/// Lets the triangles use welded vertices, and leaves out those without area.
+void weld(const std::vector<std::uint32_t>& target, const std::string& path, RawMesh& raw, Monitor& monitor) {
     std::size_t skipped = 0;
     std::erase_if(raw.triangles, [&](std::array<std::uint32_t, 3>& triangle) {
         for (std::uint32_t& corner : triangle) corner = target[corner];
@@ -139,10 +136,11 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
     if (skipped > 0)
         monitor.warn(
             fmt::format("'{}': {} triangles without area were skipped, {} kept", path, skipped, raw.triangles.size()));
+}
 
-    // Only vertices that a triangle uses live on, in their old order.
-    TriangleMesh mesh;
-    mesh.shaded_smooth = shaded_smooth;
+/// Only vertices that a triangle uses live on, in their old order.
+/// @return the new number of each old vertex, kNone where it has none
+std::vector<std::uint32_t> keepUsed(const RawMesh& raw, TriangleMesh& mesh) {
     std::vector<std::uint32_t> renumbered(raw.positions.size(), kNone);
     for (const auto& triangle : raw.triangles)
         for (const std::uint32_t corner : triangle) renumbered[corner] = 0;
@@ -153,22 +151,46 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
     }
     for (const auto& t : raw.triangles)
         mesh.triangles.push_back({renumbered[t[0]], renumbered[t[1]], renumbered[t[2]]});
+    return renumbered;
+}
 
-    // The file's normals, summed over welded vertices; area-weighted ones where it has none or they cancel.
+/// The file's normals, summed over welded vertices; area-weighted ones where it has none or they cancel.
+/// @param vertex_of  the mesh's vertex of each of the file's normals, or kNone
+void setNormals(const std::vector<glm::dvec3>& given, const std::vector<std::uint32_t>& vertex_of, TriangleMesh& mesh) {
     std::vector<glm::dvec3> faces(mesh.positions.size(), glm::dvec3(0));
     for (const auto& triangle : mesh.triangles)
         for (const std::uint32_t corner : triangle) faces[corner] += doubleArea(mesh.positions, triangle);
     mesh.normals.assign(mesh.positions.size(), glm::dvec3(0));
-    for (std::size_t i = 0; i < raw.normals.size(); ++i) {
-        const double length = glm::length(raw.normals[i]);
-        const std::uint32_t vertex = renumbered[target[i]];
-        if (vertex != kNone && std::isfinite(length) && length > 0) mesh.normals[vertex] += raw.normals[i] / length;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        const double length = glm::length(given[i]);
+        if (vertex_of[i] != kNone && std::isfinite(length) && length > 0)
+            mesh.normals[vertex_of[i]] += given[i] / length;
     }
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
         glm::dvec3& normal = mesh.normals[i];
         if (glm::length(normal) < 1e-6) normal = faces[i];
         normal = glm::length(normal) > 0 ? glm::normalize(normal) : glm::dvec3(0, 0, 1);
     }
+}
+
+}  // namespace
+
+TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor) {
+    checkRaw(raw, path);
+    for (const std::string& warning : raw.warnings) monitor.warn(fmt::format("'{}': {}", path, warning));
+    if (up == UpAxis::Y) {
+        const auto turn = [](glm::dvec3& v) { v = {v.x, -v.z, v.y}; };
+        std::for_each(raw.positions.begin(), raw.positions.end(), turn);
+        std::for_each(raw.normals.begin(), raw.normals.end(), turn);
+    }
+
+    TriangleMesh mesh;
+    mesh.shaded_smooth = shadedSmooth(raw);
+    std::vector<std::uint32_t> target = weldTargets(raw.positions);
+    weld(target, path, raw, monitor);
+    const std::vector<std::uint32_t> renumbered = keepUsed(raw, mesh);
+    for (std::uint32_t& vertex : target) vertex = renumbered[vertex];
+    setNormals(raw.normals, target, mesh);
     return mesh;
 }
 
