@@ -48,6 +48,53 @@ double radiusForMoment(double radius) {
     return 0.5 * (low + high);
 }
 
+/// The disc on a layer as chords along y.
+struct Ellipse {
+    double wide_x;       ///< half, along x
+    double slope, half;  ///< of the middle of a chord, and of its greatest length, along y
+    bool wide;           ///< along x; else it is a line
+};
+
+/// Spreads the part of the disc that lies in the column of voxels at `i` over them: in strips of x = wide_x sin(t),
+/// each of which has a share of 2/pi cos^2(t) dt, spread evenly over its chord.
+/// @param column  the column's middle voxel
+void spreadColumn(const Ellipse& e, int i, int radius, double* column) {
+    constexpr int kStrips = 48;  // a voxel
+    const double t0 = std::asin(std::clamp((i - 0.5) / e.wide_x, -1.0, 1.0)),
+                 t1 = std::asin(std::clamp((i + 0.5) / e.wide_x, -1.0, 1.0));
+    const double share =
+        e.wide ? semicircleBelow(i + 0.5, e.wide_x) - semicircleBelow(i - 0.5, e.wide_x) : (i == 0 ? 1.0 : 0.0);
+    if (share <= 0) return;
+    double total = 0;
+    for (int s = 0; s < kStrips; ++s) {
+        const double t = t0 + (t1 - t0) * (s + 0.5) / kStrips;
+        total += std::cos(t) * std::cos(t);
+    }
+    for (int s = 0; s < kStrips; ++s) {
+        const double t = t0 + (t1 - t0) * (s + 0.5) / kStrips, cos_t = std::cos(t);
+        const double strip = share * cos_t * cos_t / total;
+        const double middle = e.slope * e.wide_x * std::sin(t), reach_of_chord = std::max(e.half * cos_t, 1e-9);
+        const double y0 = middle - reach_of_chord, y1 = middle + reach_of_chord;
+        for (int j = static_cast<int>(std::floor(y0 + 0.5)); j <= static_cast<int>(std::floor(y1 + 0.5)); ++j) {
+            const double overlap = std::min(y1, j + 0.5) - std::max(y0, j - 0.5);
+            column[std::clamp(j, -radius, radius)] += strip * std::max(overlap, 0.0) / (2 * reach_of_chord);
+        }
+    }
+}
+
+/// The same on both sides to the last bit, and a sum of 1.
+void evenOut(std::vector<double>& weights) {
+    const std::size_t size = weights.size();
+    double sum = 0;
+    for (std::size_t i = 0; i < size / 2; ++i) {
+        const double mean = 0.5 * (weights[i] + weights[size - 1 - i]);
+        weights[i] = weights[size - 1 - i] = mean;
+        sum += 2 * mean;
+    }
+    sum += weights[size / 2];
+    for (double& w : weights) w /= sum;
+}
+
 }  // namespace
 
 DiscStencil discStencil(const LayerKernel& kernel) {
@@ -73,42 +120,11 @@ DiscStencil discStencil(const LayerKernel& kernel) {
     stencil.radius = std::max(1, static_cast<int>(std::ceil(std::max(wide_x, wide_y) - 0.5)));
     const int width = 2 * stencil.radius + 1;
     stencil.weights.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(width), 0.0);
-    // The disc in strips of x = wide_x sin(t): the share of a strip is 2/pi cos^2(t) dt, spread evenly over its chord.
-    constexpr int kStrips = 48;  // a voxel
-    for (int i = -stencil.radius; i <= stencil.radius; ++i) {
-        const double t0 = std::asin(std::clamp((i - 0.5) / wide_x, -1.0, 1.0)),
-                     t1 = std::asin(std::clamp((i + 0.5) / wide_x, -1.0, 1.0));
-        const double share =
-            reach_x > 0 ? semicircleBelow(i + 0.5, wide_x) - semicircleBelow(i - 0.5, wide_x) : (i == 0 ? 1.0 : 0.0);
-        if (share <= 0) continue;
-        double* column = stencil.weights.data() + (i + stencil.radius) * width + stencil.radius;
-        double total = 0;
-        for (int s = 0; s < kStrips; ++s) {
-            const double t = t0 + (t1 - t0) * (s + 0.5) / kStrips;
-            total += std::cos(t) * std::cos(t);
-        }
-        for (int s = 0; s < kStrips; ++s) {
-            const double t = t0 + (t1 - t0) * (s + 0.5) / kStrips, cos_t = std::cos(t);
-            const double strip = share * cos_t * cos_t / total;
-            const double middle = slope * wide_x * std::sin(t), reach_of_chord = std::max(half * cos_t, 1e-9);
-            const double y0 = middle - reach_of_chord, y1 = middle + reach_of_chord;
-            for (int j = static_cast<int>(std::floor(y0 + 0.5)); j <= static_cast<int>(std::floor(y1 + 0.5)); ++j) {
-                const double overlap = std::min(y1, j + 0.5) - std::max(y0, j - 0.5);
-                column[std::clamp(j, -stencil.radius, stencil.radius)] +=
-                    strip * std::max(overlap, 0.0) / (2 * reach_of_chord);
-            }
-        }
-    }
-    // The same on both sides to the last bit, and a sum of 1.
-    const std::size_t size = stencil.weights.size();
-    double sum = 0;
-    for (std::size_t i = 0; i < size / 2; ++i) {
-        const double mean = 0.5 * (stencil.weights[i] + stencil.weights[size - 1 - i]);
-        stencil.weights[i] = stencil.weights[size - 1 - i] = mean;
-        sum += 2 * mean;
-    }
-    sum += stencil.weights[size / 2];
-    for (double& w : stencil.weights) w /= sum;
+    const Ellipse ellipse{wide_x, slope, half, reach_x > 0};
+    for (int i = -stencil.radius; i <= stencil.radius; ++i)
+        spreadColumn(ellipse, i, stencil.radius,
+                     stencil.weights.data() + (i + stencil.radius) * width + stencil.radius);
+    evenOut(stencil.weights);
     return stencil;
 }
 
@@ -228,19 +244,25 @@ private:
     std::vector<float> tile_;
 };
 
-void blurLeaf(LightField& field, int slot, const LeafStencil& stencil, TileReader& tiles, BeyondNeeded beyond,
-              ConvolveLeaf convolve) {
+/// How the leaves of one layer are blurred.
+struct LayerBlur {
+    const LeafStencil& stencil;
+    BeyondNeeded beyond;
+    ConvolveLeaf convolve;
+};
+
+void blurLeaf(LightField& field, int slot, const LayerBlur& blur, TileReader& tiles) {
     bool all_needed = true;
     if (!tiles.locate(field.needed().leafOrigin(slot), all_needed)) return;
     const int channels = field.channels().count();
     alignas(64) float known[LightField::kLeafVoxels];
-    const bool rescale = beyond == BeyondNeeded::Alike && !all_needed;
-    if (rescale) convolve(stencil, tiles.needed(), known);
+    const bool rescale = blur.beyond == BeyondNeeded::Alike && !all_needed;
+    if (rescale) blur.convolve(blur.stencil, tiles.needed(), known);
     bool was_empty = false;
     float* leaf = field.makeDenseUninitialised(slot, was_empty);
     for (int c = 0; c < channels; ++c) {
         float* out = leaf + c * LightField::kLeafVoxels;
-        convolve(stencil, tiles.channel(c, channels), out);
+        blur.convolve(blur.stencil, tiles.channel(c, channels), out);
         if (rescale)
             for (int i = 0; i < LightField::kLeafVoxels; ++i) out[i] = known[i] > 0 ? out[i] / known[i] : 0.0f;
     }
@@ -249,6 +271,46 @@ void blurLeaf(LightField& field, int slot, const LeafStencil& stencil, TileReade
     for (int c = 0; c < channels; ++c)
         for (int i = 0; i < LightField::kLeafVoxels; ++i)
             if (!NeededVoxels::maskBit(mask, i)) leaf[c * LightField::kLeafVoxels + i] = 0;
+}
+
+/// Leaves that a thread takes at once.
+constexpr std::int64_t kLeavesAtOnce = 16;
+
+/// Copies the light of a leaf, 0 where no voxel is needed.
+void copyLight(const LightField& field, int slot, float* to) {
+    const auto channels = static_cast<std::size_t>(field.channels().count());
+    const auto& mask = field.needed().mask(slot);
+    for (std::size_t c = 0; c < channels; ++c, to += LightField::kLeafVoxels) {
+        if (field.state(slot) == LeafState::Dense)
+            std::memcpy(to, field.dense(slot) + c * LightField::kLeafVoxels, sizeof(float) * LightField::kLeafVoxels);
+        else
+            std::fill_n(to, LightField::kLeafVoxels, field.constant(slot)[c]);
+        if (field.needed().leafFull(slot)) continue;
+        for (int v = 0; v < LightField::kLeafVoxels; ++v)
+            if (!NeededVoxels::maskBit(mask, v)) to[v] = 0;
+    }
+}
+
+/// Fills `layer` from the leaves `slots`.
+void copyLayer(const LightField& field, std::vector<int> slots, LeafLayer& layer) {
+    layer.slots = std::move(slots);
+    layer.lit.assign(layer.slots.size(), -1);
+    layer.constant.assign(layer.slots.size(), 0);
+    std::int32_t lit = 0;
+    for (std::size_t i = 0; i < layer.slots.size(); ++i) {
+        if (field.state(layer.slots[i]) != LeafState::Empty) layer.lit[i] = lit++;
+        layer.constant[i] = field.state(layer.slots[i]) == LeafState::Constant;
+    }
+    const std::size_t leaf_floats = static_cast<std::size_t>(field.channels().count()) * LightField::kLeafVoxels;
+    layer.before.resize(static_cast<std::size_t>(lit) * leaf_floats);
+    const auto count = static_cast<std::int64_t>(layer.slots.size());
+    parallelFor((count + kLeavesAtOnce - 1) / kLeavesAtOnce, [&](std::int64_t block) {
+        for (auto i = static_cast<std::size_t>(block * kLeavesAtOnce);
+             i < static_cast<std::size_t>(std::min(count, (block + 1) * kLeavesAtOnce)); ++i)
+            if (layer.lit[i] >= 0)
+                copyLight(field, layer.slots[i],
+                          layer.before.data() + static_cast<std::size_t>(layer.lit[i]) * leaf_floats);
+    });
 }
 
 double irradianceSum(const LightField& field) {
@@ -263,7 +325,6 @@ double blurLayers(LightField& field, const std::function<LayerKernel(int k)>& ke
     const double before = irradianceSum(field);
     const NeededVoxels& needed = field.needed();
     const ConvolveLeaf convolve = PHOTIC_CHOOSE(bestInstructionSet(), convolveLeaf);
-    const auto channels = static_cast<std::size_t>(field.channels().count());
     std::map<int, std::vector<int>> slots_of_layer;
     std::vector<std::int32_t> place_of_slot(static_cast<std::size_t>(needed.leafCount()));
     for (int slot = 0; slot < needed.leafCount(); ++slot) {
@@ -283,42 +344,13 @@ double blurLayers(LightField& field, const std::function<LayerKernel(int k)>& ke
     LeafLayer layer;
     for (std::size_t l = 0; l < origins.size(); ++l) {
         if (stencils[l].radius == 0) continue;
-        layer.slots = std::move(slots_of_layer[origins[l]]);
-        layer.lit.assign(layer.slots.size(), -1);
-        layer.constant.assign(layer.slots.size(), 0);
-        std::int32_t lit = 0;
-        for (std::size_t i = 0; i < layer.slots.size(); ++i) {
-            if (field.state(layer.slots[i]) != LeafState::Empty) layer.lit[i] = lit++;
-            layer.constant[i] = field.state(layer.slots[i]) == LeafState::Constant;
-        }
-        const std::size_t leaf_floats = channels * LightField::kLeafVoxels;
-        layer.before.resize(static_cast<std::size_t>(lit) * leaf_floats);
-
-        constexpr std::int64_t kBlock = 16;
+        copyLayer(field, std::move(slots_of_layer[origins[l]]), layer);
+        const LayerBlur blur{stencils[l], beyond, convolve};
         const auto count = static_cast<std::int64_t>(layer.slots.size());
-        parallelFor((count + kBlock - 1) / kBlock, [&](std::int64_t block) {
-            for (auto i = static_cast<std::size_t>(block * kBlock);
-                 i < static_cast<std::size_t>(std::min(count, (block + 1) * kBlock)); ++i) {
-                if (layer.lit[i] < 0) continue;
-                float* to = layer.before.data() + static_cast<std::size_t>(layer.lit[i]) * leaf_floats;
-                const int slot = layer.slots[i];
-                const auto& mask = needed.mask(slot);
-                for (std::size_t c = 0; c < channels; ++c, to += LightField::kLeafVoxels) {
-                    if (field.state(slot) == LeafState::Dense)
-                        std::memcpy(to, field.dense(slot) + c * LightField::kLeafVoxels,
-                                    sizeof(float) * LightField::kLeafVoxels);
-                    else
-                        std::fill_n(to, LightField::kLeafVoxels, field.constant(slot)[c]);
-                    if (needed.leafFull(slot)) continue;
-                    for (int v = 0; v < LightField::kLeafVoxels; ++v)
-                        if (!NeededVoxels::maskBit(mask, v)) to[v] = 0;
-                }
-            }
-        });
-        parallelFor((count + kBlock - 1) / kBlock, [&](std::int64_t block) {
+        parallelFor((count + kLeavesAtOnce - 1) / kLeavesAtOnce, [&](std::int64_t block) {
             TileReader tiles(field, layer, place_of_slot, stencils[l].radius);
-            for (auto i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i)
-                blurLeaf(field, layer.slots[static_cast<std::size_t>(i)], stencils[l], tiles, beyond, convolve);
+            for (auto i = block * kLeavesAtOnce; i < std::min(count, (block + 1) * kLeavesAtOnce); ++i)
+                blurLeaf(field, layer.slots[static_cast<std::size_t>(i)], blur, tiles);
         });
     }
     const double after = irradianceSum(field);

@@ -123,7 +123,13 @@ void solveMasked(float* planes, const float* known, int count, std::vector<float
 
 // A row of leaves that touch along an axis.
 struct LeafRow {
+    int axis = 0;
     std::vector<int> slots;
+};
+
+// Voxels of a row, both inclusive, from its first leaf's border.
+struct VoxelRun {
+    int first = 0, last = 0;
 };
 
 struct Scratch {
@@ -133,10 +139,11 @@ struct Scratch {
 
 // First and last needed voxel of a row, from its first leaf's border. False when the frame cuts the row sideways, or
 // voxels of it are not needed.
-bool oneRun(const NeededVoxels& needed, const LeafRow& row, int axis, int& first, int& last) {
+bool oneRun(const NeededVoxels& needed, const LeafRow& row, VoxelRun& run) {
     const GridFrame& frame = needed.frame();
+    const int axis = row.axis;
     const int begin = needed.leafOrigin(row.slots.front())[axis], count = static_cast<int>(row.slots.size()) * 8;
-    first = std::max(frame.min[axis] - begin, 0), last = std::min(frame.max[axis] - begin, count - 1);
+    run = {std::max(frame.min[axis] - begin, 0), std::min(frame.max[axis] - begin, count - 1)};
     for (const int slot : row.slots) {
         if (needed.leafFull(slot)) continue;
         if (!needed.isEverything()) return false;
@@ -147,7 +154,7 @@ bool oneRun(const NeededVoxels& needed, const LeafRow& row, int axis, int& first
     return true;
 }
 
-void loadRow(const LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
+void loadRow(const LightField& field, const LeafRow& row, Scratch& scratch) {
     const auto channels = static_cast<std::size_t>(field.channels().count());
     const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
     scratch.planes.resize(channels * length), scratch.solved.resize(channels * length);
@@ -156,14 +163,15 @@ void loadRow(const LightField& field, const LeafRow& row, int axis, Scratch& scr
             float* planes = scratch.planes.data() + c * length + n * kLeaf;
             const int slot = row.slots[n];
             if (field.state(slot) == LeafState::Dense)
-                loadPlanes(field.dense(slot) + c * kLeaf, axis, planes);
+                loadPlanes(field.dense(slot) + c * kLeaf, row.axis, planes);
             else
                 std::fill_n(planes, kLeaf, field.constant(slot)[c]);
         }
 }
 
-// Marks the voxels that are needed and hold light: 1, else 0. Returns whether that is every voxel of `first` to `last`.
-bool markLit(const LightField& field, const LeafRow& row, int axis, int first, int last, bool whole, Scratch& scratch) {
+// Marks the voxels that are needed and hold light: 1, else 0. Returns whether that is every voxel of the run.
+bool markLit(const LightField& field, const LeafRow& row, const VoxelRun& run, bool whole, Scratch& scratch) {
+    const int first = run.first, last = run.last;
     const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
     scratch.known.resize(length);
     std::fill_n(scratch.known.begin(), length, 0.0f);
@@ -174,7 +182,7 @@ bool markLit(const LightField& field, const LeafRow& row, int axis, int first, i
             const auto& mask = field.needed().mask(row.slots[n]);
             for (std::size_t i = 0; i < kLeaf; ++i)
                 bits[i] = NeededVoxels::maskBit(mask, static_cast<int>(i)) ? 1.0f : 0.0f;
-            loadPlanes(bits.data(), axis, scratch.known.data() + n * kLeaf);
+            loadPlanes(bits.data(), row.axis, scratch.known.data() + n * kLeaf);
         }
     }
     bool all = whole;
@@ -197,16 +205,16 @@ inline float handed(const float* u, const float* known, int i, int line) {
 
 // Lowers the shares of what a channel's voxels hand on to what they can spare.
 // @param share  by face: [i] lies between voxels i and i + 1
-void limitShares(const float* mean, const float* u, const float* known, int first, int last, float* share) {
-    for (int i = first; i <= last; ++i)
+void limitShares(const float* mean, const float* u, const float* known, const VoxelRun& run, float* share) {
+    for (int i = run.first; i <= run.last; ++i)
         for (int l = 0; l < kLines; ++l) {
             const int at = i * kLines + l;
             float least = mean[at], to_low = 0, to_high = 0;
-            if (i > first) {
+            if (i > run.first) {
                 to_low = std::max(0.0f, -handed(u, known, i - 1, l));
                 if (known[at - kLines] > 0) least = std::min(least, mean[at - kLines]);
             }
-            if (i < last) {
+            if (i < run.last) {
                 to_high = std::max(0.0f, handed(u, known, i, l));
                 if (known[at + kLines] > 0) least = std::min(least, mean[at + kLines]);
             }
@@ -218,8 +226,8 @@ void limitShares(const float* mean, const float* u, const float* known, int firs
         }
 }
 
-void handOver(float* mean, const float* u, const float* known, int first, int last, const float* share) {
-    for (int i = first; i < last; ++i)
+void handOver(float* mean, const float* u, const float* known, const VoxelRun& run, const float* share) {
+    for (int i = run.first; i < run.last; ++i)
         for (int l = 0; l < kLines; ++l) {
             const float moved = share[i * kLines + l] * handed(u, known, i, l);
             mean[i * kLines + l] -= moved, mean[(i + 1) * kLines + l] += moved;
@@ -227,7 +235,7 @@ void handOver(float* mean, const float* u, const float* known, int first, int la
 }
 
 // Writes the planes back. Leaves that had one value keep it unless the filter changed it by something that counts.
-void storeRow(LightField& field, const LeafRow& row, int axis, const Scratch& scratch) {
+void storeRow(LightField& field, const LeafRow& row, const Scratch& scratch) {
     const auto channels = static_cast<std::size_t>(field.channels().count());
     const std::size_t leaves = row.slots.size(), length = leaves * kLeaf;
     float largest = 0;
@@ -244,28 +252,28 @@ void storeRow(LightField& field, const LeafRow& row, int axis, const Scratch& sc
             field.makeDense(slot);
         }
         for (std::size_t c = 0; c < channels; ++c)
-            storePlanes(scratch.planes.data() + c * length + n * kLeaf, axis, field.dense(slot) + c * kLeaf);
+            storePlanes(scratch.planes.data() + c * length + n * kLeaf, row.axis, field.dense(slot) + c * kLeaf);
     }
 }
 
 // Filters a row of leaves, none of them Empty.
-void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch) {
+void filterRow(LightField& field, const LeafRow& row, Scratch& scratch) {
     const auto channels = static_cast<std::size_t>(field.channels().count()),
                colours = static_cast<std::size_t>(field.channels().irradiance);
     const std::size_t length = row.slots.size() * kLeaf;
-    int first = 0, last = 0;
-    const bool one_run = oneRun(field.needed(), row, axis, first, last);
-    if (last <= first) return;
-    loadRow(field, row, axis, scratch);
-    const bool whole = markLit(field, row, axis, first, last, one_run, scratch);
-    const RunCoefficients run(whole ? last - first + 1 : 0);
+    VoxelRun run;
+    const bool one_run = oneRun(field.needed(), row, run);
+    if (run.last <= run.first) return;
+    loadRow(field, row, scratch);
+    const bool whole = markLit(field, row, run, one_run, scratch);
+    const RunCoefficients coefficients(whole ? run.last - run.first + 1 : 0);
     const float* known = scratch.known.data();
     for (std::size_t c = 0; c < channels; ++c) {
         const float* mean = scratch.planes.data() + c * length;
         float* u = scratch.solved.data() + c * length;
         std::copy_n(mean, length, u);
         if (whole) {
-            solveWhole(u, first, last, run);
+            solveWhole(u, run.first, run.last, coefficients);
         } else {
             for (std::size_t i = 0; i < length; ++i) u[i] *= known[i];
             solveMasked(u, known, static_cast<int>(row.slots.size()) * 8, scratch.upper);
@@ -274,13 +282,13 @@ void filterRow(LightField& field, const LeafRow& row, int axis, Scratch& scratch
     scratch.share.resize(length);
     std::fill_n(scratch.share.begin(), length, 1.0f);
     for (std::size_t c = 0; c < colours; ++c)
-        limitShares(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, first, last,
+        limitShares(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, run,
                     scratch.share.data());
     // The same shares for colours and flux, so that neither tint nor direction changes where light is held back.
     for (std::size_t c = 0; c < channels; ++c)
-        handOver(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, first, last,
+        handOver(scratch.planes.data() + c * length, scratch.solved.data() + c * length, known, run,
                  scratch.share.data());
-    storeRow(field, row, axis, scratch);
+    storeRow(field, row, scratch);
 }
 
 void filterAxis(LightField& field, int axis) {
@@ -298,10 +306,11 @@ void filterAxis(LightField& field, int axis) {
     parallelFor(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
         thread_local Scratch scratch;
         thread_local LeafRow row;
+        row.axis = axis;
         row.slots.clear();
         for (int slot = starts[static_cast<std::size_t>(i)]; slot >= 0; slot = litAt(needed.leafOrigin(slot) + step))
             row.slots.push_back(slot);
-        filterRow(field, row, axis, scratch);
+        filterRow(field, row, scratch);
     });
 }
 

@@ -84,11 +84,9 @@ double roundedUp(double size) {
     return std::ceil(size / unit) * unit;
 }
 
-}  // namespace
-
-GridFrame sceneFrame(const Scene& scene) {
+void checkDomain(const Scene& scene, double layer) {
     const Domain& domain = scene.domain;
-    const double h = domain.voxel_size, layer = domain.layer_height > 0 ? domain.layer_height : h;
+    const double h = domain.voxel_size;
     if (!(h > 0) || !std::isfinite(h) || !(layer > 0) || !std::isfinite(layer))
         throw Error(ErrorCode::Input,
                     fmt::format("voxel_size is {} m and layer_height {} m; both must be positive", h, layer),
@@ -99,20 +97,29 @@ GridFrame sceneFrame(const Scene& scene) {
                         fmt::format("the domain is empty along {}: min {} m, max {} m; max must exceed min", "xyz"[a],
                                     domain.min[a], domain.max[a]),
                         scene.file);
+}
+
+/// Metres along x and y for each metre up.
+glm::dvec2 shearOf(const Scene& scene) {
     glm::dvec2 shear(0);
-    if (domain.shear_mode == ShearMode::Explicit) shear = domain.shear;
-    if (domain.shear_mode == ShearMode::Light) shear = shearAlongLight(scene);
+    if (scene.domain.shear_mode == ShearMode::Explicit) shear = scene.domain.shear;
+    if (scene.domain.shear_mode == ShearMode::Light) shear = shearAlongLight(scene);
     if (!(std::fabs(shear.x) <= 10) || !(std::fabs(shear.y) <= 10))
         throw Error(ErrorCode::Input,
                     fmt::format("shear [{}, {}] exceeds 10 (6 degrees from the horizon); use less, or \"none\"",
                                 shear.x, shear.y),
                     scene.file);
+    return shear;
+}
 
-    GridFrame frame;
-    frame.setWorldFromIndex({glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer)});
-    frame.origin_world = frame.worldFromIndex() * glm::dvec3(0.5);
+/// First and last voxel of a grid, as floating-point numbers, which hold any.
+struct VoxelRange {
+    glm::dvec3 first, last;
+};
 
-    // The domain's box in cell coordinates, in which voxel i covers [i, i + 1].
+/// The domain's box in cell coordinates, in which voxel i covers [i, i + 1].
+VoxelRange voxelsOf(const Domain& domain, const glm::dvec2& shear, double layer) {
+    const double h = domain.voxel_size;
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (int corner = 0; corner < 8; ++corner) {
         const glm::dvec3 p(corner & 1 ? domain.max.x : domain.min.x, corner & 2 ? domain.max.y : domain.min.y,
@@ -120,8 +127,14 @@ GridFrame sceneFrame(const Scene& scene) {
         const glm::dvec3 cell((p.x - shear.x * p.z) / h, (p.y - shear.y * p.z) / h, p.z / layer);
         low = glm::min(low, cell), high = glm::max(high, cell);
     }
-    const glm::dvec3 first = glm::floor(low + kTolerance), last = glm::max(glm::ceil(high - kTolerance) - 1.0, first);
-    const glm::dvec3 size = last - first + 1.0;
+    const glm::dvec3 first = glm::floor(low + kTolerance);
+    return {first, glm::max(glm::ceil(high - kTolerance) - 1.0, first)};
+}
+
+/// Neither more voxels than a grid can have, nor further from the origin than an index reaches.
+void checkVoxels(const Scene& scene, const VoxelRange& range) {
+    const double h = scene.domain.voxel_size;
+    const glm::dvec3 size = range.last - range.first + 1.0;
     const double voxels = size.x * size.y * size.z;
     if (!(voxels <= kMaxVoxels)) {
         const double fits = roundedUp(1.001 * h * std::cbrt(voxels / kMaxVoxels));
@@ -130,17 +143,32 @@ GridFrame sceneFrame(const Scene& scene) {
                                 "voxel_size = {:.3g}{} or "
                                 "a smaller domain",
                                 h, size.x, size.y, size.z, voxels, kMaxVoxels, fits,
-                                domain.layer_height > 0 ? " with layer_height in proportion" : ""),
+                                scene.domain.layer_height > 0 ? " with layer_height in proportion" : ""),
                     scene.file);
     }
-    for (int a = 0; a < 3; ++a)
-        if (std::max(std::fabs(first[a]), std::fabs(last[a])) > kMaxIndex)
+    for (int a = 0; a < 3; ++a) {
+        const double furthest = std::max(std::fabs(range.first[a]), std::fabs(range.last[a]));
+        if (furthest > kMaxIndex)
             throw Error(ErrorCode::Input,
                         fmt::format("the domain's {} side lies {:.3g} voxels from the origin, more than {:.3g}; move "
                                     "the scene closer to it",
-                                    "xyz"[a], std::max(std::fabs(first[a]), std::fabs(last[a])), kMaxIndex),
+                                    "xyz"[a], furthest, kMaxIndex),
                         scene.file);
-    frame.min = glm::ivec3(first), frame.max = glm::ivec3(last);
+    }
+}
+
+}  // namespace
+
+GridFrame sceneFrame(const Scene& scene) {
+    const double h = scene.domain.voxel_size, layer = scene.domain.layer_height > 0 ? scene.domain.layer_height : h;
+    checkDomain(scene, layer);
+    const glm::dvec2 shear = shearOf(scene);
+    GridFrame frame;
+    frame.setWorldFromIndex({glm::dvec3(h, 0, 0), glm::dvec3(0, h, 0), glm::dvec3(shear * layer, layer)});
+    frame.origin_world = frame.worldFromIndex() * glm::dvec3(0.5);
+    const VoxelRange range = voxelsOf(scene.domain, shear, layer);
+    checkVoxels(scene, range);
+    frame.min = glm::ivec3(range.first), frame.max = glm::ivec3(range.last);
     if (scene.bake.where == Where::Receivers) {
         glm::ivec3 offset;
         for (int a = 0; a < 3; ++a) offset[a] = leafOffset(scene, frame, a);
