@@ -3,12 +3,15 @@
 
 Where a name can be asked for, it is; a version is compared only where nothing can be seen from outside.
 """
+import math
+
 import bpy
 
 VOXELS_CENTRED_SINCE = (4, 5, 0)        # projects.blender.org, pull request 138449
 UNIFORM_COLOR_SINCE = (4, 0, 0)         # "3D_UNIFORM_COLOR" before
 EEVEE_NEXT = ((4, 2, 0), (5, 0, 0))     # from, and until before: the name of the engine that is called EEVEE in both other times
 ALWAYS_NODES_SINCE = (5, 0, 0)          # `use_nodes` is true and cannot be changed; it goes in 6.0
+AREA_WATTS_SINCE = (4, 0, 0)            # projects.blender.org, issue 108505; 3.4 and 4.3 measured
 RELATIVE_PATHS_SINCE = (5, 0, 0)        # properties say whether they understand "//"
 
 
@@ -91,6 +94,7 @@ def clear_sockets(tree):
 
 SOCKETS = {     # of shader nodes: the names that they have had, the newest first
     "Transmission": ("Transmission Weight", "Transmission"),
+    "Specular": ("Specular IOR Level", "Specular"),
     "Factor": ("Factor", "Fac"),
 }
 
@@ -123,6 +127,25 @@ def switch_nodes(item, on, version=None):
     """Switches an item's nodes on or off, where that can be done."""
     if tuple(version or bpy.app.version) < ALWAYS_NODES_SINCE:
         item.use_nodes = on
+
+
+# Lights
+
+def area_share(version=None):
+    """The part of its watts that an area light really sends."""
+    return 1.0 if tuple(version or bpy.app.version) >= AREA_WATTS_SINCE else math.pi / 4
+
+
+def light_level(light):
+    """Watts (W/m2 of a sun) of a light by channel: its energy and colour, and since 4.5 its exposure and its temperature."""
+    energy = light.energy * 2.0 ** getattr(light, "exposure", 0.0)
+    tint = light.temperature_color if getattr(light, "use_temperature", False) else (1.0, 1.0, 1.0)
+    return [energy * c * t for c, t in zip(light.color, tint)]
+
+
+def is_normalized(light):
+    """Whether a lamp's watts are all that it sends, and not watts per area, which it may be since 4.5."""
+    return getattr(light, "normalize", True)
 
 
 # Materials

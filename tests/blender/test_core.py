@@ -348,6 +348,19 @@ class Renamed(unittest.TestCase):
         self.assertIsNone(compat.socket({"Fac": 1}, "Transmission"))
         self.assertEqual(compat.see_through(name(use_screen_refraction=False)), "use_screen_refraction")
 
+    def test_lights(self):
+        name = types.SimpleNamespace
+        self.assertAlmostEqual(compat.area_share((3, 6, 9)), 0.785398, 6)
+        self.assertEqual(compat.area_share((4, 0, 0)), 1.0)
+        old = name(energy=3.0, color=(1.0, 0.5, 0.25))
+        self.assertEqual(compat.light_level(old), [3.0, 1.5, 0.75])
+        new = name(energy=3.0, color=(1.0, 0.5, 0.25), exposure=1.0, use_temperature=True, temperature_color=(1.0, 0.5, 2.0))
+        self.assertEqual(compat.light_level(new), [6.0, 1.5, 3.0])
+        new.use_temperature = False
+        self.assertEqual(compat.light_level(new), [6.0, 3.0, 1.5])
+        self.assertTrue(compat.is_normalized(old))
+        self.assertFalse(compat.is_normalized(name(normalize=False)))
+
     def test_progress(self):
         drawn = []
         compat.show_progress(types.SimpleNamespace(progress=lambda factor, text: drawn.append((factor, text))), 0.5, "half")
@@ -360,4 +373,4 @@ class Renamed(unittest.TestCase):
         for path in folder.rglob("*.py"):
             if path.name != "compat.py":
                 self.assertNotRegex(path.read_text(encoding="utf-8"), r"app\.version|\.interface\b|use_screen_refraction|"
-                                    r"\.use_nodes|BLENDER_EEVEE|Transmission Weight|\"Fac\"", path.name)
+                                    r"\.use_nodes|BLENDER_EEVEE|Transmission Weight|\"Fac\"|\.normalize\b", path.name)

@@ -135,7 +135,7 @@ class Written(unittest.TestCase):
         self.assertAlmostEqual(by_type["spot"]["angle"], 30.0, 4)
         self.assertAlmostEqual(by_type["spot"]["blend"], 0.25, 6)
         numpy.testing.assert_allclose(by_type["rectangle"]["size"], (0.5, 0.25))
-        self.assertAlmostEqual(by_type["rectangle"]["power"], 10 * math.pi, 5)
+        self.assertAlmostEqual(by_type["rectangle"]["power"], 40 * scenes.compat().area_share(), 5)
         said = " | ".join(words for _, words in scene_now().notes)
         self.assertIn("'POINT' is baked from its middle", said)
         self.assertIn("'Dark' is not baked", said)

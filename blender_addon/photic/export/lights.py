@@ -28,13 +28,15 @@ def _is_plain(tree):
 
 
 def table(light_object, notes):
-    """The [[light]] table. Blender's units: a point of P watts sends P / 4 pi to each side, an area pi / 4 of its P watts."""
+    """The [[light]] table. Blender's units: a point of P watts sends P / 4 pi to each side, an area P, before 4.0 pi / 4 of it."""
     light = light_object.data
     world = light_object.matrix_world
-    colour = [light.energy * c for c in light.color]
+    colour = compat.light_level(light)
     level = colour[0] if max(colour) - min(colour) < 1e-6 * max(colour) else colour
     if not _is_plain(compat.shader_tree(light)):
         notes.append(f"the nodes of the light '{light_object.name}' are not baked; its strength and colour are")
+    if not compat.is_normalized(light) and light.type != "SUN":
+        notes.append(f"'{light_object.name}' is baked as if Normalize were on: its watts are taken for all that it sends")
     travel = [-c for c in world.col[2].to_3d().normalized()]
     common = {"name": light_object.name, "type": {"SUN": "sun", "POINT": "point", "SPOT": "spot", "AREA": "rectangle"}[light.type]}
     if light.type == "SUN":
@@ -61,6 +63,6 @@ def _area(light_object, level, notes):
         notes.append(f"the round area light '{light_object.name}' is baked as a rectangle of the same area")
     if getattr(light, "spread", math.pi) < 0.999 * math.pi:
         notes.append(f"the Spread of the area light '{light_object.name}' is not baked: it is taken to shine to all sides")
-    factor = math.pi / 4
+    factor = compat.area_share()
     power = [factor * p for p in level] if isinstance(level, list) else factor * level
     return {"center": list(world.translation), "size": size, "tangent": list(x.normalized()), "power": power}
