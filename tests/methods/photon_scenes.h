@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <memory>
 #include <numbers>
 

@@ -5,6 +5,7 @@
 #include <blosc.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <vector>

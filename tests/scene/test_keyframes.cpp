@@ -2,6 +2,7 @@
 // Lights, surfaces and objects that move: where they are at a frame, and what is refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <variant>

@@ -5,6 +5,7 @@
 #include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 
+#include <cstdint>
 #include <random>
 #include <sstream>
 #include <string>

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <stdexcept>
 
 #include "tests/benchmark/runtime/rows.h"
 #include "tests/runtime/baked_scene.h"
