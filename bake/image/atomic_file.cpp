@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -38,6 +39,23 @@ thread_local FilesRead* t_files_read = nullptr;
     throw Error(ErrorCode::Input, fmt::format("cannot read '{}': {}", path, why));
 }
 
+/// What often lies where a file should, told by its first bytes: nullptr for anything else.
+const char* standsInFor(std::string_view head) {
+    if (head.starts_with("version https://git-lfs.github.com/spec/"))
+        return "it is a pointer of Git LFS and not the file itself; fetch that with 'git lfs pull'";
+    if (head.starts_with("/annex/objects/"))
+        return "it is a pointer of git-annex and not the file itself; fetch that with 'git annex get'";
+    if (head.starts_with("\x1f\x8b")) return "it is packed with gzip; unpack it first";
+    if (head.starts_with("\x28\xb5\x2f\xfd")) return "it is packed with Zstandard; unpack it first";
+    if (head.starts_with("PK\x03\x04")) return "it is a ZIP archive; unpack it, and give the file that is in it";
+    std::string word(head.substr(std::min(head.find_first_not_of(" \t\r\n"), head.size())).substr(0, 14));
+    std::transform(word.begin(), word.end(), word.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (word == "<!doctype html" || word.starts_with("<html"))
+        return "it is a web page (HTML), as downloads leave that failed; download the file itself";
+    return nullptr;
+}
+
 }  // namespace
 
 FilesRead::FilesRead() : outer_(std::exchange(t_files_read, this)) {}
@@ -57,7 +75,13 @@ void checkReadable(const std::string& path) {
     if (::stat(path.c_str(), &status) != 0) failToRead(path, std::strerror(errno));
     if (S_ISDIR(status.st_mode)) failToRead(path, "it is a folder (a directory); give a file");
     if (!S_ISREG(status.st_mode)) failToRead(path, "it is a device or a pipe; save what it gives to a file first");
-    if (::access(path.c_str(), R_OK) != 0) failToRead(path, std::strerror(errno));
+    // A pipe that took the file's place meanwhile would wait for its writer, deaf to signals.
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    if (file.get() < 0) failToRead(path, std::strerror(errno));
+    char head[64];
+    const ssize_t count = ::read(file.get(), head, sizeof head);
+    if (count > 0)
+        if (const char* what = standsInFor({head, static_cast<std::size_t>(count)})) failToRead(path, what);
     if (t_files_read) t_files_read->add(path);
 }
 
@@ -85,7 +109,6 @@ int writeBytes(int descriptor, std::string_view bytes) {
 std::string readFileBytes(const std::string& path) {
     const auto fail = [&] { failToRead(path, std::strerror(errno)); };
     checkReadable(path);
-    // A pipe that took the file's place meanwhile would wait for its writer, deaf to signals.
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     if (file.get() < 0) fail();
     struct stat status {};

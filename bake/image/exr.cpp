@@ -12,9 +12,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <set>
+#include <string_view>
 
 #include "bake/image/atomic_file.h"
 #include "bake/image/height_flaws.h"
@@ -162,8 +164,32 @@ std::vector<float> readPixels(Imf::InputPart& part, const Windows& windows, cons
     return shown;
 }
 
-/// What a file's windows and compression have cost its heights.
-std::vector<std::string> flawsOf(const Imf::Header& header, const Windows& windows) {
+/// The compression that has changed a channel's numbers, or null. B44 is of half floats alone, and DWA squeezes the
+/// channels that it takes for colours and brightness: anything else is stored as it is.
+const char* lossOf(const Imf::Header& header, const std::string& channel) {
+    const bool half = header.channels().findChannel(channel)->type == Imf::HALF;
+    const bool whole = header.channels().findChannel(channel)->type == Imf::UINT;
+    const std::string last = channel.substr(channel.rfind('.') + 1);
+    constexpr std::array<std::string_view, 6> kSeen{"R", "G", "B", "Y", "BY", "RY"};
+    const bool squeezed = !whole && std::find(kSeen.begin(), kSeen.end(), last) != kSeen.end();
+    switch (header.compression()) {
+        case Imf::PXR24_COMPRESSION:
+            return half || whole ? nullptr : "PXR24";  // floats lose their last 8 bits
+        case Imf::B44_COMPRESSION:
+            return half ? "B44" : nullptr;
+        case Imf::B44A_COMPRESSION:
+            return half ? "B44A" : nullptr;
+        case Imf::DWAA_COMPRESSION:
+            return squeezed ? "DWAA" : nullptr;
+        case Imf::DWAB_COMPRESSION:
+            return squeezed ? "DWAB" : nullptr;
+        default:
+            return nullptr;
+    }
+}
+
+/// What a file's windows and compression have cost the heights of a channel.
+std::vector<std::string> flawsOf(const Imf::Header& header, const Windows& windows, const std::string& channel) {
     std::vector<std::string> flaws;
     const auto &data = windows.data, &display = windows.display;
     if (data != display) {
@@ -183,27 +209,12 @@ std::vector<std::string> flawsOf(const Imf::Header& header, const Windows& windo
                             "is left out; crop it, or widen the display window",
                             100 * (1 - both / stored), windows.width(), windows.height()));
     }
-    const char* lossy = nullptr;
-    switch (header.compression()) {
-        case Imf::PXR24_COMPRESSION:
-            lossy = "PXR24";
-            break;
-        case Imf::B44_COMPRESSION:
-            lossy = "B44";
-            break;
-        case Imf::B44A_COMPRESSION:
-            lossy = "B44A";
-            break;
-        case Imf::DWAA_COMPRESSION:
-            lossy = "DWAA";
-            break;
-        case Imf::DWAB_COMPRESSION:
-            lossy = "DWAB";
-            break;
-        default:
-            break;
-    }
-    if (lossy)
+    const char* lossy = lossOf(header, channel);
+    if (lossy && header.compression() == Imf::PXR24_COMPRESSION)
+        flaws.emplace_back(
+            "is compressed with loss (PXR24): heights keep five digits, which is little where they have an offset; "
+            "save it with ZIP or PIZ, which lose nothing");
+    else if (lossy)
         flaws.push_back(
             fmt::format("is compressed with loss ({}): light was seen to be off by 4 to 12 %; save it with ZIP "
                         "or PIZ, which lose nothing",
@@ -275,7 +286,7 @@ std::vector<HeightMap> readExrChannels(const std::string& path, const std::vecto
             map.values = readPixels(part, windows, {channels[i]});
             const Imf::PixelType type = header.channels().findChannel(channels[i])->type;
             map.half = type == Imf::HALF;
-            map.flaws = flawsOf(header, windows);
+            map.flaws = flawsOf(header, windows, channels[i]);
             if (!map.half) noteEightBits(map);
         }
         return maps;
