@@ -165,7 +165,7 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
         const auto known = receiverNames(scene);
         // Refuses unknown names before any work.
         if (std::find(known.begin(), known.end(), name) == known.end()) receiverFrame(scene, name, resolution);
-        subjects.push_back({receiverFileName(name),
+        subjects.push_back({receiverFileName(name, known),
                             [name, resolution](const Shot& shot) {
                                 return receiverPicture(shot.volume, shot.scene, name, resolution);
                             },

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
@@ -19,6 +20,17 @@ bool isReserved(std::string_view name) {
            name.ends_with("_strip");
 }
 
+/// What Windows does not let stand in a file's name, and the slash.
+bool isForbidden(std::uint32_t c) {
+    return c < 0x80 && std::string_view("/\\<>:\"|?*").find(static_cast<char>(c)) != std::string_view::npos;
+}
+
+bool isSameButForCapitals(const std::string& a, const std::string& b) {
+    const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+    return a != b &&
+           std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return small(x) == small(y); });
+}
+
 std::uint32_t hashed(std::string_view text) {
     std::uint64_t hash = 0xcbf29ce484222325ull;
     for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3ull;
@@ -27,14 +39,16 @@ std::uint32_t hashed(std::string_view text) {
 
 }  // namespace
 
-std::string receiverFileName(const std::string& name) {
+std::string receiverFileName(const std::string& name, const std::vector<std::string>& all) {
     std::string kept;
     for (std::size_t at = 0, length = 1; at < name.size() && kept.size() < kLongest; at += length) {
         const std::uint32_t c = firstCharacter(std::string_view(name).substr(at), length);
-        const bool fits = c != '/' && c < 0x110000 && !actsOnTerminal(c);
+        const bool fits = !isForbidden(c) && c < 0x110000 && !actsOnTerminal(c);
         kept += fits ? name.substr(at, length) : "_";
     }
-    if (kept == name && !isReserved(name)) return name;
+    const bool alone = std::none_of(all.begin(), all.end(),
+                                    [&](const std::string& other) { return isSameButForCapitals(name, other); });
+    if (kept == name && !isReserved(name) && alone) return name;
     return fmt::format("{}-{:08x}", kept, hashed(name));
 }
 

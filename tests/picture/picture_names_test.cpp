@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 #include <string>
 #include <vector>
@@ -59,6 +60,29 @@ TEST(PictureNames, NoTwoReceiversShareAFile) {
         EXPECT_FALSE(file.ends_with("_map") || file.ends_with("_strip") || file == "view") << file;
         // A name that was made from another must not be one that stays as it is.
         EXPECT_EQ(std::count(names.begin(), names.end(), file), file == name ? 1 : 0) << file;
+    }
+}
+
+// Disks of Windows and of macOS take "Floor" and "floor" for one file; a volume's pictures may be carried to one.
+TEST(PictureNames, CapitalsAloneTellNoFilesApart) {
+    const std::vector<std::string> all{"Floor", "floor", "FLOOR", "wall", "Wand \xc3\x84", "wand \xc3\x84"};
+    std::set<std::string> files;
+    for (const std::string& name : all) {
+        std::string file = receiverFileName(name, all);
+        EXPECT_EQ(file == name, name == "wall") << file;
+        std::transform(file.begin(), file.end(), file.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        EXPECT_TRUE(files.insert(file).second) << file;
+    }
+    EXPECT_EQ(receiverFileName("Floor", {"Floor", "wall"}), "Floor");
+}
+
+TEST(PictureNames, WhatWindowsKeepsForItselfIsReplaced) {
+    std::set<std::string> files;
+    for (const char c : std::string("<>:\"\\|?*/")) {
+        const std::string file = receiverFileName(std::string("a") + c + "b");
+        EXPECT_EQ(file.substr(0, 4), "a_b-") << file;
+        EXPECT_TRUE(files.insert(file).second) << file;
     }
 }
 
