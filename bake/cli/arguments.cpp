@@ -25,7 +25,7 @@ namespace photic::cli {
 namespace {
 
 constexpr const char* kSummary =
-    "Photic bakes caustics, the light that water and mirrors focus, into sparse OpenVDB volumes.";
+    "Photic bakes caustics, the light that water, glass and mirrors focus, into sparse OpenVDB volumes.";
 constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 a check found more than was allowed, 2 usage, 3 input, 4 bake or write failed, 75 try "
     "again, 130 interrupted. Data goes to stdout, messages to stderr.";

@@ -95,7 +95,7 @@ void addStoredAs(CLI::App& app, VdbOptions& file) {
 }  // namespace
 
 void bindBake(CLI::App& app, BakeArguments& a) {
-    value(app.add_option("SCENE", a.scene, "Scene file (.toml)"), "FILE")->required();
+    value(app.add_option("SCENE", a.scene, "Scene file (.toml, .glb or .gltf)"), "FILE")->required();
     value(app.add_option("-o,--output", a.output,
                          "Volume to write (default: the scene's name, .vdb, in the current folder). Folders that it "
                          "names are made"),
@@ -200,10 +200,10 @@ void bindCompare(CLI::App& app, CompareArguments& a) {
 }
 
 void bindPicture(CLI::App& app, PictureArguments& a) {
-    value(app.add_option("SCENE", a.scene, "Scene file (.toml)"), "FILE")->required();
+    value(app.add_option("SCENE", a.scene, "Scene file (.toml, .glb or .gltf)"), "FILE")->required();
     value(app.add_option("VOLUME", a.volumes, "Volumes baked from it; several with --film-strip"), "FILE")->required();
     value(app.add_option("-o,--output", a.directory, "Folder for the pictures (default: the current one)"), "FOLDER");
-    value(repeated(app.add_option("--receiver", a.receivers, "Planar receiver to picture (default: all)")), "NAME");
+    value(repeated(app.add_option("--receiver", a.receivers, "Receiver to picture (default: all)")), "NAME");
     value(repeated(app.add_option("--slice", a.slices, "A layer of voxels, for instance z=-0.5 [m]")), "AXIS=METRES");
     oneOf(repeated(app.add_option("--xray", a.xrays, "Mean along an axis (default: y)")), {"x", "y", "z"});
     within(

@@ -156,8 +156,9 @@ std::string fishCompletions(const ProgramText& program) {
 }  // namespace
 
 std::string manPage(const ProgramText& program) {
-    std::string page = fmt::format(".TH PHOTIC 1 \"\" \"{}\" \"User commands\"\n.SH NAME\nphotic \\- {}\n",
-                                   programName(), roff("bake the light that water and mirrors focus into volumes"));
+    std::string page =
+        fmt::format(".TH PHOTIC 1 \"\" \"{}\" \"User commands\"\n.SH NAME\nphotic \\- {}\n", programName(),
+                    roff("bake the light that water, glass and mirrors focus into volumes"));
     page += ".SH SYNOPSIS\n\\fBphotic\\fR \\fIVERB\\fR [\\fIOPTIONS\\fR] ...\n.br\n\\fBphotic help\\fR \\fIVERB\\fR\n";
     page += ".SH DESCRIPTION\n" + roff(program.summary) + "\n";
     for (const VerbText& verb : program.verbs) {
