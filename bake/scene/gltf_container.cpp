@@ -23,9 +23,12 @@ using Json = nlohmann::json;
 constexpr int kDeepest = 64;
 
 /// Extensions of a file that says it can't be understood without them, and that are read here or are about looks.
-constexpr std::array<std::string_view, 9> kHarmless{
-    "KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_lights_punctual", "KHR_materials_",       "KHR_texture_",
-    "EXT_texture_",          "MSFT_texture_dds",        "KHR_xmp_json_ld",     "KHR_animation_pointer"};
+constexpr std::array<std::string_view, 11> kHarmless{"KHR_mesh_quantization", "EXT_mesh_gpu_instancing",
+                                                     "KHR_lights_punctual",   "KHR_materials_",
+                                                     "KHR_texture_",          "EXT_texture_",
+                                                     "MSFT_texture_dds",      "KHR_xmp_json_ld",
+                                                     "KHR_animation_pointer", "KHR_node_visibility",
+                                                     "EXT_mesh_manifold"};
 constexpr std::array<std::string_view, 3> kCompressing{"KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                                        "KHR_meshopt_compression"};
 
@@ -144,6 +147,9 @@ private:
         if (!root_.is_object() || !root_.contains("asset")) damaged("it has no 'asset'");
         const std::string version = root_.at("asset").value("version", "");
         if (version.substr(0, 2) != "2.") damaged(fmt::format("it is of version '{}'; 2.0 is read", excerpt(version)));
+        const std::string least = root_.at("asset").value("minVersion", "2.0");
+        if (least != "2.0")
+            fail(fmt::format("asks for readers of glTF '{}' at least; 2.0 is read: export as 2.0", excerpt(least)));
         for (const Json& required : root_.value("extensionsRequired", Json::array())) {
             const std::string name = required.get<std::string>();
             if (std::find(kCompressing.begin(), kCompressing.end(), name) != kCompressing.end()) failCompressed(name);
@@ -189,8 +195,10 @@ private:
     void noteAnimations() {
         std::size_t moving = 0;
         for (const Json& animation : root_.value("animations", Json::array()))
-            for (const Json& channel : animation.value("channels", Json::array()))
-                moving += channel.value("target", Json::object()).contains("node");
+            for (const Json& channel : animation.value("channels", Json::array())) {
+                const Json target = channel.value("target", Json::object());
+                moving += target.contains("node") || target.value("path", "") == "pointer";
+            }
         if (moving > 0)
             out_.warnings.push_back(
                 fmt::format("its {} animated channels are not read: everything stays where the file puts it; export a "

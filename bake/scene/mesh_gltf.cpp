@@ -75,6 +75,7 @@ public:
         if (!has_normals_) mesh_.normals.clear();
         mesh_.holds = fmt::format("{} meshes, of which the scene shows {} with points or lines, and no triangle",
                                   model_.meshes.size(), thin_);
+        if (hidden_ > 0) mesh_.holds += fmt::format("; {} nodes are hidden (KHR_node_visibility)", hidden_);
         return std::move(mesh_);
     }
 
@@ -97,8 +98,10 @@ private:
                 for (int r = 0; r < 4; ++r) m[c][r] = node.matrix[static_cast<std::size_t>(4 * c + r)];
             return m;
         }
-        if (node.rotation.size() == 4)
-            m = glm::mat4_cast(glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]));
+        if (node.rotation.size() == 4) {
+            const glm::dquat turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+            if (glm::length(turn) > 0) m = glm::mat4_cast(glm::normalize(turn));  // some files round it too far
+        }
         for (std::size_t a = 0; a < 3; ++a) {
             if (node.scale.size() == 3) m[static_cast<int>(a)] *= node.scale[a];
             if (node.translation.size() == 3) m[3][static_cast<int>(a)] = node.translation[a];
@@ -113,10 +116,22 @@ private:
             fail(fmt::format("node {} ('{}') has more than one parent; nodes must form trees", i,
                              excerpt(model_.nodes[i].name)));
         const tinygltf::Node& node = model_.nodes[i];
+        if (isHidden(node)) {
+            ++hidden_;
+            return;
+        }
         const glm::dmat4 world_from_node = world_from_parent * transformOf(node);
         part_.node = i, part_.node_name = node.name;
         if (node.mesh >= 0) addMesh(node, world_from_node);
         for (const int child : node.children) addNode(child, world_from_node, depth + 1);
+    }
+
+    /// KHR_node_visibility: what is invisible is so with all that hangs on it.
+    static bool isHidden(const tinygltf::Node& node) {
+        const auto extension = node.extensions.find("KHR_node_visibility");
+        if (extension == node.extensions.end() || !extension->second.Has("visible")) return false;
+        const tinygltf::Value& visible = extension->second.Get("visible");
+        return visible.IsBool() && !visible.Get<bool>();
     }
 
     void addMesh(const tinygltf::Node& node, const glm::dmat4& world_from_node) {
@@ -291,6 +306,16 @@ private:
         return out;
     }
 
+    /// A morph target may move places and say nothing of normals: those of the shape at rest would then bend light as
+    /// that shape does, however high the waves. Without normals they are made from the faces.
+    static bool losesItsNormals(const tinygltf::Primitive& primitive, const std::vector<double>& weights) {
+        for (std::size_t t = 0; t < std::min(weights.size(), primitive.targets.size()); ++t)
+            if (weights[t] != 0 && primitive.targets[t].count("POSITION") > 0 &&
+                primitive.targets[t].count("NORMAL") == 0)
+                return true;
+        return false;
+    }
+
     void addPrimitive(const tinygltf::Primitive& primitive, const std::vector<double>& weights,
                       const glm::dmat4& world_from_node, const std::string& name) {
         if (primitive.mode == TINYGLTF_MODE_POINTS || primitive.mode == TINYGLTF_MODE_LINE ||
@@ -312,7 +337,7 @@ private:
         const double determinant = glm::determinant(linear);
         const auto normal = primitive.attributes.find("NORMAL");
         mesh_.normals.resize(mesh_.positions.size(), glm::dvec3(0));
-        if (normal != primitive.attributes.end() && determinant != 0) {
+        if (normal != primitive.attributes.end() && determinant != 0 && !losesItsNormals(primitive, weights)) {
             const std::vector<glm::dvec3> normals = attribute(primitive, normal->second, "NORMAL", weights);
             if (normals.size() != positions.size())
                 fail(fmt::format("node '{}' has {} positions and {} normals", name, positions.size(), normals.size()));
@@ -353,7 +378,7 @@ private:
     const std::string& path_;
     std::vector<char> visited_;
     bool has_normals_ = false;
-    int thin_ = 0;
+    int thin_ = 0, hidden_ = 0;
     MeshPart part_;  // that triangles are now added to
     RawMesh mesh_;
 };

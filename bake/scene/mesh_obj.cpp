@@ -37,6 +37,8 @@ public:
         }
         mesh_.holds =
             fmt::format("{} vertices, {} lines and {} points, but no face", positions_.size(), lines_, points_);
+        if (positions_.empty() && !first_line_.empty())
+            mesh_.holds += fmt::format("; it begins with '{}'", excerpt(first_line_));
         return std::move(mesh_);
     }
 
@@ -97,14 +99,16 @@ private:
     }
 
     void readLine(std::string_view rest) {
+        if (first_line_.empty()) first_line_ = rest;
         const std::string_view key = nextWord(rest);
         if (key == "v") {
             positions_.push_back(vector(rest));
         } else if (key == "vn") {
             normals_.push_back(vector(rest));
-        } else if (key == "f") {
+        } else if (key == "f" || key == "fo") {  // "fo" is what its first version called a face
             std::vector<std::uint32_t> polygon;
-            for (std::string_view word = nextWord(rest); !word.empty(); word = nextWord(rest))
+            // A comment may end the line.
+            for (std::string_view word = nextWord(rest); !word.empty() && word.front() != '#'; word = nextWord(rest))
                 polygon.push_back(corner(word));
             if (polygon.size() < 3) fail(fmt::format("a face has {} corners; at least 3 are needed", polygon.size()));
             if (!addPolygon(mesh_, polygon))
@@ -117,6 +121,9 @@ private:
             ++points_;
         } else if (std::find(kSmoothShapes.begin(), kSmoothShapes.end(), key) != kSmoothShapes.end()) {
             fail(fmt::format("'{}' belongs to a curve or a curved patch, which is not read; export triangles", key));
+        } else if (key == "call") {
+            fail(fmt::format("'call' takes in the file '{}', which is not read; export all in one file",
+                             excerpt(nextWord(rest))));
         } else if (key.find('\0') != key.npos) {
             fail("it holds bytes that are no text; the file is damaged or no OBJ");
         }
@@ -128,6 +135,7 @@ private:
 
     const std::string& path_;
     std::size_t line_ = 0, lines_ = 0, points_ = 0;
+    std::string first_line_;
     std::vector<glm::dvec3> positions_, normals_;
     std::unordered_map<std::uint64_t, std::uint32_t> corners_;
     RawMesh mesh_;

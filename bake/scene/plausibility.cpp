@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "bake/scene/index_volume.h"
+#include "bake/scene/plausible_shapes.h"
 #include "bake/scene/surface_samples.h"
 
 namespace photic {
@@ -272,7 +273,7 @@ void crestsThatShade(const Scene& scene, Warnings& out) {
             }
             if (shaded > 1e-3 * all)
                 out.push_back(
-                    fmt::format("{:.2g} % of the light of '{}' on '{}' ({:.3g} W in the domain) falls behind a crest: "
+                    fmt::format("{:.3g} % of the light of '{}' on '{}' ({:.3g} W in the domain) falls behind a crest: "
                                 "waves of a height field do not shade each other, so that light is baked as if it "
                                 "arrived; raise the light, lower the waves, or give the water as a mesh",
                                 100 * shaded / all, light.name, surface.name, power(light) * shaded));
@@ -336,6 +337,8 @@ std::vector<std::string> sceneWarnings(const Scene& scene) {
     for (const Surface& surface : scene.surfaces)
         for (const Light& light : scene.lights)
             if (!surface.closed && !light.position) endlessWalls(scene, surface, light, out);
+    const Warnings shapes = shapeWarnings(scene);
+    out.insert(out.end(), shapes.begin(), shapes.end());
     return out;
 }
 

@@ -59,7 +59,22 @@ TEST_F(Containers, ObjLinesEndAndGoOnInEveryWay) {
     refusedFile("g.obj", "v 0 0 0\nv 1 \\\n0 \\\n0\nv 0 x 0\n", {"line 5", "'x' is no number"});
 }
 
+TEST_F(Containers, ObjFacesMayBeOfTheFirstVersionAndEndInComments) {
+    const TriangleMesh plain = read("a.obj", kObjSquare);
+    EXPECT_EQ(
+        read("b.obj", "v -1 -1 0\nv 1 -1 0 # corner\nv 1 1 0.1\nv -1 1 0\nfo 1 2 3 # one\nf 1 3 4 #two\n").triangles,
+        plain.triangles);
+    EXPECT_EQ(read("c.obj", "v -1 -1 0 1\nv 1 -1 0 1\nv 1 1 0.1 0.2 0.3 0.4\nv -1 1 0\nf 1/9 2/9 3/9\nf 1// 3// 4//\n")
+                  .triangles,
+              plain.triangles);  // weights, colours, texture places
+    refusedFile("d.obj", kObjSquare + "call rest.obj\n", {"line 7", "'call' takes in the file 'rest.obj'", "one file"});
+    refusedFile("e.obj", kObjSquare + "f 1 2 # 3\n", {"line 7", "2 corners"});
+}
+
 TEST_F(Containers, AnObjWithoutFacesSaysWhatItHolds) {
+    refusedFile("s.obj", "solid cube\nfacet normal 0 0 1\n", {"no triangles", "it begins with 'solid cube'"});
+    refusedFile("g.obj", "version https://git-lfs.github.com/spec/v1\n", {"g.obj", "git lfs pull"});
+
     refusedFile("a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n", {"has no triangles", "2 vertices, 1 lines"});
     refusedFile("b.obj", "v 0 0 0\ncstype bezier\n", {"line 2", "'cstype'", "export triangles"});
     refusedFile("c.obj", std::string("v 0 0 0\nq\0\x01\n", 12), {"line 2", "no text"});

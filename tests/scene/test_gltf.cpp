@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a glTF can hold besides plain triangles: read, or refused by name.
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
@@ -54,6 +55,41 @@ TEST_F(Gltf, MorphTargetsMoveTheMeshByTheirWeights) {
     EXPECT_EQ(meanHeight(read(square.text())), -0.5);
     square.node()["weights"] = {0.5};  // a node's own come first
     EXPECT_EQ(meanHeight(read(square.text())), -0.25);
+}
+
+// Exporters may leave the normals of shape keys out. Those of the shape at rest would bend light as flat water does.
+TEST_F(Gltf, AMorphThatSaysNothingOfNormalsGetsThemFromItsFaces) {
+    GltfText square;
+    square.primitive()["attributes"]["NORMAL"] = square.add<float>({0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0}, 5126, "VEC3");
+    const int tilt = square.add<float>({0, 0, 0, 0, 2, 0, 0, 2, 0, 0, 0, 0}, 5126, "VEC3");  // by 45 degrees about y
+    square.primitive()["targets"] = {{{"POSITION", tilt}}};
+    EXPECT_EQ(read(square.text()).normals[0], glm::dvec3(0, 0, 1));  // not moved: as the file says
+    square.mesh()["weights"] = {1.0};
+    for (const glm::dvec3& n : read(square.text()).normals) {
+        EXPECT_NEAR(n.x, -std::sqrt(0.5), 1e-7);
+        EXPECT_NEAR(n.z, std::sqrt(0.5), 1e-7);
+    }
+    // Where it says them, they are taken.
+    square.primitive()["targets"][0]["NORMAL"] =
+        square.add<float>({-3, -1, 0, -3, -1, 0, -3, -1, 0, -3, -1, 0}, 5126, "VEC3");
+    EXPECT_EQ(read(square.text()).normals[0], glm::dvec3(-1, 0, 0));
+}
+
+TEST_F(Gltf, WhatIsHiddenIsNotThere) {
+    GltfText square;
+    square.root["extensionsRequired"] = {"KHR_node_visibility"};
+    square.root["nodes"] = {{{"mesh", 0}, {"children", {1}}, {"name", "lower"}},
+                            {{"name", "group"}, {"children", {2}}},
+                            {{"mesh", 0}, {"name", "upper"}, {"translation", {0, 3, 0}}}};
+    EXPECT_EQ(read(square.text()).triangles.size(), 4u);
+    auto& visible = square.root["nodes"][1]["extensions"]["KHR_node_visibility"]["visible"];
+    visible = true;
+    EXPECT_EQ(read(square.text()).triangles.size(), 4u);
+    visible = false;  // and all that hangs on it
+    EXPECT_EQ(read(square.text()).triangles.size(), 2u);
+    EXPECT_EQ(meanHeight(read(square.text())), 0);
+    square.root["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = false;
+    refusedFile(square.text(), {"has no triangles", "1 nodes are hidden (KHR_node_visibility)"});
 }
 
 TEST_F(Gltf, SparseAccessorsReplaceWhatTheySay) {
@@ -118,6 +154,23 @@ TEST_F(Gltf, WhatChangesTheShapeIsRefusedByName) {
     read(moving.text());
     ASSERT_EQ(warnings_.messages.size(), 1u);
     EXPECT_NE(warnings_.messages[0].find("1 animated channels are not read"), std::string::npos);
+    // KHR_animation_pointer moves what it points to.
+    moving.root["animations"][0]["channels"][0]["target"] = {{"path", "pointer"}};
+    read(moving.text());
+    EXPECT_EQ(warnings_.messages.size(), 2u);
+
+    GltfText later;
+    later.root["asset"]["minVersion"] = "2.1";
+    refusedFile(later.text(), {"asks for readers of glTF '2.1'", "export as 2.0"});
+}
+
+TEST_F(Gltf, TurnsNeedNotBeUnit) {
+    GltfText square;
+    square.node()["rotation"] = {1, 0, 0, 1};  // a quarter about x
+    for (const glm::dvec3& p : read(square.text()).positions) {
+        EXPECT_NEAR(p.y, 0, 1e-12);
+        EXPECT_NEAR(std::fabs(p.z), 1, 1e-12);
+    }
 }
 
 TEST_F(Gltf, CompressedBuffersAreNotCalledDamaged) {

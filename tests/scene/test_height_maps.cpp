@@ -130,6 +130,7 @@ TEST_F(HeightMaps, UnusableFilesAreRefused) {
     const std::string size = "\nsize = [1, 1]";
     refusedSurface("file = \"gone.exr\"" + size, "s.toml:10:1", {"gone.exr", "No such file"});
     refusedSurface("file = \"a.tif\"" + size, "s.toml:10:1", {"a.tif", ".exr and 16-bit .png"});
+    refusedSurface("file = \"n.vdb\"" + size, "s.toml:10:1", {"n.vdb' is a volume", "[[index]] with file = \"n.vdb\""});
     map("rgb.exr", 8, 8, 3, [](int, int, int) { return 0; });
     refusedSurface("file = \"rgb.exr\"" + size, "s.toml:10:1", {"has the channels B, G, R", "channel = \"G\""});
     refusedSurface("file = \"rgb.exr\"\nchannel = \"Z\"" + size, "s.toml:10:1", {"no channel 'Z'", "B, G, R"});
