@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "bake/baker/bake_cost.h"
+#include "bake/baker/dark_bake.h"
 #include "bake/baker/lookup_advice.h"
 #include "bake/baker/lookup_error.h"
 #include "bake/baker/post_steps.h"
@@ -235,6 +236,12 @@ void warnOfLightGivenUp(const Scene& scene, const PowerLedger& power, Monitor& m
                         power.dropped, 100 * power.dropped / power.emitted));
 }
 
+bool isDark(const BakeResult& result) {
+    for (int channel = 0; channel < result.field.channels().irradiance; ++channel)
+        if (result.field.sum(channel) > 0) return false;
+    return !result.second;
+}
+
 /// What every method leaves out for the same reasons.
 std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels& needed) {
     std::vector<std::string> skipped;
@@ -318,6 +325,7 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     watch.lap();
     BakeReport& report = result.report;
     warnOfLightGivenUp(scene, report.power, monitor);
+    if (scene.bake.grids.irradiance && isDark(result)) monitor.warn(darkBakeWarning(report.power));
     report.reference_irradiance = scene.referenceIrradiance();
     report.needed_voxels = needed->count();
     report.threads = threadCount();
