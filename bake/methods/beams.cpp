@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 
 #include "bake/deposit/ernst_deposit.h"
@@ -14,6 +13,7 @@
 #include "bake/methods/method_options.h"
 #include "bake/methods/sun_disc.h"
 #include "bake/report/error.h"
+#include "bake/report/stopwatch.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
@@ -22,9 +22,6 @@ namespace photic {
 namespace {
 
 constexpr std::size_t kTubesADeposit = 200'000;
-
-using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
     static const std::vector<OptionBinding<BeamsOptions>> bindings{
@@ -89,11 +86,11 @@ public:
         addSample(light, lightSamples(light, 1).front(), field, nullptr, true);
         layWaiting(field);
         measureDeposit(field);
-        const auto start = Clock::now();
+        const Stopwatch watch;
         const auto kernels = discKernels(scene_.surfaces.front(), light, frame_);
         blurLayers(field.first, kernels, BeyondNeeded::Alike);
         if (field.second) blurLayers(*field.second, kernels, BeyondNeeded::Alike);
-        disc_seconds_ += secondsSince(start);
+        disc_seconds_ += watch.seconds();
     }
 
     /// How often a surface will be launched from: once for each light, or direction on its disc, whatever its
@@ -160,7 +157,7 @@ private:
     }
 
     void layWaiting(LobeFields& field) {
-        const auto start = Clock::now();
+        const Stopwatch watch;
         for (std::size_t s = 0; s < waiting_.size(); ++s) {
             const TubeSet& set = waiting_[s];
             if (set.empty()) continue;
@@ -175,7 +172,7 @@ private:
             voxelise(set, exact, voxelise_, totals_, monitor_);
         }
         for (TubeSet& set : waiting_) set = TubeSet{};
-        deposit_seconds_ += secondsSince(start);
+        deposit_seconds_ += watch.seconds();
     }
 
     const Scene& scene_;
@@ -193,11 +190,14 @@ private:
     double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0;
 };
 
-LobeFields bakeLights(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed, FieldChannels channels,
-                      const BeamsOptions& options, BeamsProgress& monitor, BakeReport& report) {
+/// @param empty  of the channels that are baked
+LobeFields bakeLights(const Scene& scene, LobeFields empty, const BeamsOptions& options, BeamsProgress& monitor,
+                      BakeReport& report) {
+    LobeFields field = std::move(empty);
+    const auto needed = field.first.neededPtr();
+    const FieldChannels channels = field.first.channels();
     BeamsBake bake(scene, options, needed->frame(), monitor);
     monitor.beginRun(bake.launches());
-    LobeFields field = emptyLobes(needed, channels, scene.bake.lobe_axis.has_value());
     // Lights without a blur share the field; a blur belongs to one light, so the others are baked beside it and added.
     bool dark = true;
     for (const Light& light : scene.lights)
@@ -226,7 +226,8 @@ LightField causticGrid(const Scene& scene, const LobeFields& lobes, const BeamsO
     for (Surface& surface : flat.surfaces)
         if (surface.height_field) surface.height_field = makeFlatField(surface.center.z);
     BakeReport unused;
-    const LobeFields level = bakeLights(flat, lobes.first.neededPtr(), {1, false}, options, monitor, unused);
+    const LobeFields level =
+        bakeLights(flat, emptyLobes(lobes.first.neededPtr(), {1, false}, false), options, monitor, unused);
     LightField caustic(lobes.first.neededPtr(), {1, false});
     const double dark = 1e-3 * scene.referenceIrradiance();
     forEachLeaf(caustic.needed(), [&](int slot) {
@@ -265,7 +266,8 @@ BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> nee
     const FieldChannels channels{scene.coloured() ? 3 : 1, flux};
     BakeReport report;
     BeamsProgress progress(monitor, scene.bake.grids.caustic ? 2 : 1);
-    LobeFields field = bakeLights(scene, needed, channels, options, progress, report);
+    LobeFields field =
+        bakeLights(scene, emptyLobes(needed, channels, scene.bake.lobe_axis.has_value()), options, progress, report);
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticGrid(scene, field, options, progress);
     BakeResult result{std::move(field.first), std::move(report), std::nullopt, std::nullopt, std::move(caustic)};

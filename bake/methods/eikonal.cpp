@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "bake/field/caustic_steps.h"
 #include "bake/methods/eikonal_front.h"
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
+#include "bake/report/stopwatch.h"
 #include "bake/scene/index_volume.h"
 #include "bake/scene/not_built.h"
 #include "bake/threads/parallel_for.h"
@@ -129,6 +129,43 @@ void checkTogether(const Scene& scene, const EikonalOptions& options, bool march
                "beyond = \"dark\"");
 }
 
+/// Says what a front leaves out of the scene.
+void sayWhatIsLeftOut(const Scene& scene, BakeReport& report, Monitor& monitor) {
+    for (const Object& object : scene.objects)
+        if (object.blocks() && !std::holds_alternative<Plane>(object.shape)) {
+            monitor.warn("a front goes through objects: '" + object.name + "' casts no shadow; beams know shadows");
+            break;
+        }
+    if (scene.lights.front().angular_diameter_deg > 0)
+        report.skipped.emplace_back("the sun's disc: a front has one direction");
+}
+
+/// Where several arrivals meet, if irradiance is asked for and rays are straight.
+std::optional<CausticMap> causticsOf(const Scene& scene, const EikonalFront& front, const EikonalOptions& options,
+                                     double voxel, BakeReport& report) {
+    std::optional<CausticMap> caustics;
+    if (scene.bake.grids.irradiance && options.preset != EikonalPreset::Mercier && !scene.index)
+        caustics.emplace(front, voxel);
+    else
+        report.skipped.emplace_back(scene.index ? "where several arrivals meet: rays bend on their way"
+                                                : "where several arrivals meet: irradiance is not asked for");
+    return caustics;
+}
+
+EikonalFields emptyFields(const Scene& scene, const std::shared_ptr<const NeededVoxels>& needed) {
+    EikonalFields fields{LightField(needed, {scene.coloured() ? 3 : 1, true}), std::nullopt, std::nullopt};
+    if (scene.bake.grids.caustic) fields.caustic.emplace(needed, FieldChannels{1, false});
+    if (scene.bake.grids.arrival_time) fields.arrival.emplace(needed, FieldChannels{1, false});
+    return fields;
+}
+
+/// The preset's: the caustic grid ends at a depth.
+void dissipate(const EikonalFront& front, const EikonalOptions& options, LightField& caustic) {
+    const GridFrame& frame = caustic.frame();
+    const double level = front.surface().center.z, bottom = frame.worldFromIndex(glm::dvec3(frame.min)).z;
+    dissipateCaustic(caustic, level + options.threshold * (bottom - level), options.dissipation_speed);
+}
+
 BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
                        Monitor& monitor) {
     EikonalOptions options;
@@ -137,48 +174,29 @@ BakeResult bakeEikonal(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     const bool marching = marches(scene, options);
     checkTogether(scene, options, marching, given);
     const GridFrame& frame = needed->frame();
-    using Clock = std::chrono::steady_clock;
-    auto last = Clock::now();
-    const auto lap = [&] {
-        return std::chrono::duration<double>(Clock::now() - std::exchange(last, Clock::now())).count();
-    };
+    Stopwatch watch;
 
     BakeReport report;
-    for (const Object& object : scene.objects)
-        if (object.blocks() && !std::holds_alternative<Plane>(object.shape)) {
-            monitor.warn("a front goes through objects: '" + object.name + "' casts no shadow; beams know shadows");
-            break;
-        }
-    if (scene.lights.front().angular_diameter_deg > 0)
-        report.skipped.emplace_back("the sun's disc: a front has one direction");
-
+    sayWhatIsLeftOut(scene, report, monitor);
     const EikonalFront front(scene, options, frame);
-    std::optional<CausticMap> caustics;
-    if (scene.bake.grids.irradiance && !mercier && !scene.index)
-        caustics.emplace(front, frame.worldFromIndex()[0].x);
-    else
-        report.skipped.emplace_back(scene.index ? "where several arrivals meet: rays bend on their way"
-                                                : "where several arrivals meet: irradiance is not asked for");
+    const std::optional<CausticMap> caustics = causticsOf(scene, front, options, frame.worldFromIndex()[0].x, report);
     if (scene.index)
         monitor.warn(
             "irradiance is that of the first arrival; where rays that the index bends have crossed, others are "
             "missing");
-    report.seconds.emplace_back("surface", lap());
+    report.seconds.emplace_back("surface", watch.lap());
 
-    EikonalFields fields{LightField(needed, {scene.coloured() ? 3 : 1, true}), std::nullopt, std::nullopt};
-    if (scene.bake.grids.caustic) fields.caustic.emplace(needed, FieldChannels{1, false});
-    if (scene.bake.grids.arrival_time) fields.arrival.emplace(needed, FieldChannels{1, false});
+    EikonalFields fields = emptyFields(scene, needed);
     if (marching) {
-        bakeByMarching(scene, front, options, fields, report, monitor);
-        report.seconds.emplace_back("marching", lap());
+        bakeByMarching({scene, front, options, monitor}, fields, report);
+        report.seconds.emplace_back("marching", watch.lap());
         if (mercier && fields.caustic && options.threshold < 1) {
-            const double level = front.surface().center.z, bottom = frame.worldFromIndex(glm::dvec3(frame.min)).z;
-            dissipateCaustic(*fields.caustic, level + options.threshold * (bottom - level), options.dissipation_speed);
-            report.seconds.emplace_back("dissipation", lap());
+            dissipate(front, options, *fields.caustic);
+            report.seconds.emplace_back("dissipation", watch.lap());
         }
     } else {
-        bakeByFootPoints(scene, front, caustics ? &*caustics : nullptr, options.beyond, fields, monitor);
-        report.seconds.emplace_back("foot points", lap());
+        bakeByFootPoints({scene, front, options, monitor}, caustics ? &*caustics : nullptr, fields);
+        report.seconds.emplace_back("foot points", watch.lap());
     }
     if (scene.bake.grids.irradiance && fields.single < fields.below && options.beyond == EikonalBeyond::FirstArrival) {
         monitor.warn(fmt::format(

@@ -186,8 +186,7 @@ private:
 
 }  // namespace
 
-void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const CausticMap* caustics, EikonalBeyond beyond,
-                      EikonalFields& fields, Monitor& monitor) {
+void bakeByFootPoints(const EikonalBake& bake, const CausticMap* caustics, EikonalFields& fields) {
     const NeededVoxels& needed = fields.light.needed();
     const GridFrame& frame = needed.frame();
     int lowest = frame.max.z + 1, highest = frame.min.z - 1;
@@ -202,10 +201,10 @@ void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const Caust
     points.step_z = -frame.worldFromIndex()[2];
     points.count_x = frame.size().x + 2 * kMargin, points.count_y = frame.size().y + 2 * kMargin;
     points.count_z = frame.max.z - lowest + 1;
-    LayerWriter writer(scene, front, caustics, beyond, fields);
-    sweepFootPoints(front.front(), points, [&](int k, const FootPointLayer& layer) {
-        monitor.checkCancelled();
-        if (k % 8 == 0) monitor.progress("foot points", double(k) / points.count_z);
+    LayerWriter writer(bake.scene, bake.front, caustics, bake.options.beyond, fields);
+    sweepFootPoints(bake.front.front(), points, [&](int k, const FootPointLayer& layer) {
+        bake.monitor.checkCancelled();
+        if (k % 8 == 0) bake.monitor.progress("foot points", double(k) / points.count_z);
         const int z = frame.max.z - k;
         if (z <= highest) writer.add(z, points.origin + static_cast<double>(k) * points.step_z, layer);
         return true;

@@ -80,13 +80,20 @@ struct EikonalFields {
     double solver_bytes = 0;             ///< memory of the solver, beside the fields
 };
 
+/// What a solver bakes.
+struct EikonalBake {
+    const Scene& scene;
+    const EikonalFront& front;
+    const EikonalOptions& options;
+    Monitor& monitor;
+};
+
 /// Fills the fields by foot points, layer by layer from above; stops below the last needed voxel.
-void bakeByFootPoints(const Scene& scene, const EikonalFront& front, const CausticMap* caustics, EikonalBeyond beyond,
-                      EikonalFields& fields, Monitor& monitor);
+/// @param caustics  null where nobody asks how many arrivals there are
+void bakeByFootPoints(const EikonalBake& bake, const CausticMap* caustics, EikonalFields& fields);
 
 /// The same by marching on a cubic grid without shear: seeds two and a half cells deep below the surface and beyond the
 /// sides come from the foot points (or, in the paper's preset, from vertices and its costs at the sides).
-void bakeByMarching(const Scene& scene, const EikonalFront& front, const EikonalOptions& options, EikonalFields& fields,
-                    BakeReport& report, Monitor& monitor);
+void bakeByMarching(const EikonalBake& bake, EikonalFields& fields, BakeReport& report);
 
 }  // namespace photic

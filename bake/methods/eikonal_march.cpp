@@ -156,34 +156,86 @@ void carryDensity(const EikonalGrid& g, int first, std::vector<double> density, 
     }
 }
 
-}  // namespace
+/// Writes what was marched into the fields, block by block.
+class MarchedWriter {
+public:
+    MarchedWriter(const EikonalBake& bake, const EikonalGrid& grid, const std::vector<float>& shares,
+                  EikonalFields& fields)
+        : bake_(bake),
+          grid_(grid),
+          shares_(shares),
+          fields_(fields),
+          needed_(fields.light.needed()),
+          sun_(bake.front.light().irradiance),
+          extinction_(bake.scene.medium.extinction()),
+          level_(bake.front.surface().center.z),
+          channels_(fields.light.channels().irradiance),
+          curvature_sign_(bake.options.preset == EikonalPreset::Mercier ? -1.0f : 1.0f) {}
 
-void bakeByMarching(const Scene& scene, const EikonalFront& front, const EikonalOptions& options, EikonalFields& fields,
-                    BakeReport& report, Monitor& monitor) {
-    const NeededVoxels& needed = fields.light.needed();
-    const bool mercier = options.preset == EikonalPreset::Mercier;
-    EikonalGrid g(needed, front, scene.file);
-    std::vector<double> density;
-    std::vector<float> shares;
-    if (scene.bake.grids.irradiance && !mercier)
-        shares.assign(std::size_t(g.size.x) * std::size_t(g.size.y) * std::size_t(g.size.z), 1.0f);
-    int first = g.size.z - 1;
-    monitor.progress("seeds", 0);
-    if (mercier) {
-        seedByVertices(front, options.vertex_spacing, g);
-        costsAtSides(front, g);
-    } else {
-        SurfaceSeeds seeds(front, g);
-        first = seeds.besideSurface(density, shares);
-        if (!front.index()) seeds.atSides(shares);
+    void write(int block, const FrontBlock& found) {
+        const EikonalGrid& g = grid_;
+        const glm::ivec3 origin = g.low + g.blocks.origin(block);
+        const int slot = needed_.slotOf(glm::clamp(origin, needed_.frame().min, needed_.frame().max));
+        if (slot < 0 || needed_.leafOrigin(slot) != origin) return;
+        float *light = nullptr, *caustic = nullptr, *arrival = nullptr;
+        for (int c = 0; c < BlockGrid::kCells; ++c) {
+            const glm::ivec3 in(c & 7, c >> 3 & 7, c >> 6), cell = g.blocks.origin(block) + in;
+            const int offset = NeededVoxels::offsetInLeaf(origin + in);
+            const double t = g.arrival[std::size_t(block) * BlockGrid::kCells + std::size_t(c)];
+            if (!NeededVoxels::maskBit(needed_.mask(slot), offset) || !(t < kUnreached)) continue;
+            if (!light) {
+                light = fields_.light.makeDense(slot);
+                if (fields_.caustic) caustic = fields_.caustic->makeDense(slot);
+                if (fields_.arrival) arrival = fields_.arrival->makeDense(slot);
+            }
+            if (caustic) caustic[offset] = static_cast<float>(curvature_sign_ * found.curvature[c]);
+            if (arrival) arrival[offset] = static_cast<float>(t);
+            writeLight(cell, {found.direction[0][c], found.direction[1][c], found.direction[2][c]}, light + offset);
+        }
     }
-    monitor.progress("marching", 0);
+
+private:
+    /// @param w    direction of travel
+    /// @param out  the cell's first channel
+    void writeLight(const glm::ivec3& cell, const glm::dvec3& w, float* out) const {
+        const double share = shares_.empty() ? 1.0 : double(shares_[grid_.flat(cell)]);
+        const double path = std::max(0.0, (level_ - grid_.centre(cell).z) / std::max(-w.z, 0.1));
+        // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
+        const double half = 0.5 * needed_.frame().worldFromIndex()[2].z / std::max(-w.z, 0.1);
+        const double start = std::max(0.0, path - half), length = path + half - start;
+        double mean = 0;
+        for (int k = 0; k < channels_; ++k) {
+            const double e = share * sun_[k] * meanTransmittance(extinction_[k], start, length);
+            out[k * LightField::kLeafVoxels] = static_cast<float>(e);
+            mean += e / channels_;
+        }
+        for (int a = 0; a < 3; ++a) out[(channels_ + a) * LightField::kLeafVoxels] = static_cast<float>(mean * w[a]);
+    }
+
+    const EikonalBake& bake_;
+    const EikonalGrid& grid_;
+    const std::vector<float>& shares_;
+    EikonalFields& fields_;
+    const NeededVoxels& needed_;
+    const glm::dvec3 sun_, extinction_;
+    const double level_;  ///< of the surface [m]
+    const int channels_;
+    const float curvature_sign_;
+};
+
+EikonalProblem problemOf(const EikonalBake& bake, const EikonalGrid& g) {
     EikonalProblem problem;
-    problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = front.slowness(),
+    problem.grid = &g.blocks, problem.spacing = g.spacing, problem.slowness = bake.front.slowness(),
     problem.fixed = &g.fixed, problem.slownesses = g.slowness;
-    problem.order = mercier || options.order == 1 ? MarchingOrder::First : MarchingOrder::Second;
+    const bool first = bake.options.preset == EikonalPreset::Mercier || bake.options.order == 1;
+    problem.order = first ? MarchingOrder::First : MarchingOrder::Second;
+    return problem;
+}
+
+/// Marches the front through the grid.
+void march(const EikonalProblem& problem, const std::vector<std::uint8_t>& wanted, EikonalGrid& g, BakeReport& report,
+           Monitor& monitor) {
     BlockMarchingOptions marching;
-    const std::vector<std::uint8_t> wanted = g.neededBlocks(needed);
     marching.needed_blocks = wanted;
     marching.progress = [&](double part) {
         monitor.checkCancelled();
@@ -193,45 +245,38 @@ void bakeByMarching(const Scene& scene, const EikonalFront& front, const Eikonal
     if (!marched.converged) monitor.warn("marching met its limit of rounds: some arrivals are rough");
     if (marched.stopped_early)
         report.skipped.emplace_back("blocks past the last needed voxel were not marched to the end");
+}
+
+}  // namespace
+
+void bakeByMarching(const EikonalBake& bake, EikonalFields& fields, BakeReport& report) {
+    const NeededVoxels& needed = fields.light.needed();
+    const EikonalFront& front = bake.front;
+    Monitor& monitor = bake.monitor;
+    const bool mercier = bake.options.preset == EikonalPreset::Mercier;
+    EikonalGrid g(needed, front, bake.scene.file);
+    std::vector<double> density;
+    std::vector<float> shares;
+    if (bake.scene.bake.grids.irradiance && !mercier)
+        shares.assign(std::size_t(g.size.x) * std::size_t(g.size.y) * std::size_t(g.size.z), 1.0f);
+    int first = g.size.z - 1;
+    monitor.progress("seeds", 0);
+    if (mercier) {
+        seedByVertices(front, bake.options.vertex_spacing, g);
+        costsAtSides(front, g);
+    } else {
+        SurfaceSeeds seeds(front, g);
+        first = seeds.besideSurface(density, shares);
+        if (!front.index()) seeds.atSides(shares);
+    }
+    monitor.progress("marching", 0);
+    const EikonalProblem problem = problemOf(bake, g);
+    march(problem, g.neededBlocks(needed), g, report, monitor);
     fields.solver_bytes = double(g.bytes()) + double(shares.size() * sizeof(float));
 
     if (!shares.empty()) carryDensity(g, first, density, shares, monitor);
-    const glm::dvec3 sun = front.light().irradiance, extinction = scene.medium.extinction();
-    const int channels = fields.light.channels().irradiance;
-    const double level = front.surface().center.z;
-    wavefrontCurvature(problem, g.arrival, [&](int block, const FrontBlock& found) {
-        const glm::ivec3 origin = g.low + g.blocks.origin(block);
-        const int slot = needed.slotOf(glm::clamp(origin, needed.frame().min, needed.frame().max));
-        if (slot < 0 || needed.leafOrigin(slot) != origin) return;
-        float *light = nullptr, *caustic = nullptr, *arrival = nullptr;
-        for (int c = 0; c < BlockGrid::kCells; ++c) {
-            const glm::ivec3 in(c & 7, c >> 3 & 7, c >> 6), cell = g.blocks.origin(block) + in;
-            const int offset = NeededVoxels::offsetInLeaf(origin + in);
-            const double t = g.arrival[std::size_t(block) * BlockGrid::kCells + std::size_t(c)];
-            if (!NeededVoxels::maskBit(needed.mask(slot), offset) || !(t < kUnreached)) continue;
-            if (!light) {
-                light = fields.light.makeDense(slot);
-                if (fields.caustic) caustic = fields.caustic->makeDense(slot);
-                if (fields.arrival) arrival = fields.arrival->makeDense(slot);
-            }
-            const glm::dvec3 w(found.direction[0][c], found.direction[1][c], found.direction[2][c]);
-            if (caustic) caustic[offset] = static_cast<float>(mercier ? -found.curvature[c] : found.curvature[c]);
-            if (arrival) arrival[offset] = static_cast<float>(t);
-            const double share = shares.empty() ? 1.0 : double(shares[g.flat(cell)]);
-            const double path = std::max(0.0, (level - g.centre(cell).z) / std::max(-w.z, 0.1));
-            // Attenuation is the mean along the ray through the voxel's layer, not the centre's.
-            const double half = 0.5 * needed.frame().worldFromIndex()[2].z / std::max(-w.z, 0.1);
-            const double start = std::max(0.0, path - half), length = path + half - start;
-            double mean = 0;
-            for (int k = 0; k < channels; ++k) {
-                const double e = share * sun[k] * meanTransmittance(extinction[k], start, length);
-                light[k * LightField::kLeafVoxels + offset] = static_cast<float>(e);
-                mean += e / channels;
-            }
-            for (int a = 0; a < 3; ++a)
-                light[(channels + a) * LightField::kLeafVoxels + offset] = static_cast<float>(mean * w[a]);
-        }
-    });
+    MarchedWriter writer(bake, g, shares, fields);
+    wavefrontCurvature(problem, g.arrival, [&](int block, const FrontBlock& found) { writer.write(block, found); });
 }
 
 }  // namespace photic

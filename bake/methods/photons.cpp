@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <mutex>
@@ -19,6 +18,7 @@
 #include "bake/methods/photon_statistics.h"
 #include "bake/methods/photon_tracer.h"
 #include "bake/paths/optical_scene.h"
+#include "bake/report/stopwatch.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
 
@@ -28,10 +28,6 @@ namespace {
 constexpr std::uint64_t kBlock = 1 << 18;           // paths that are put in order together
 constexpr std::uint32_t kPathsBetweenLooks = 4096;  // at whether to stop
 constexpr unsigned kTiles = 64;  // of the launched patch, a side: a tile's tracks share their voxels in the cache
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The paths of one light by one surface.
 class SurfacePaths final : public PhotonPaths {
@@ -184,19 +180,20 @@ bool crowded(const std::vector<Job>& jobs, const GridFrame& frame) {
 
 /// What is summed of each track, and where.
 struct Lobes {
+    const NeededVoxels& needed;
     FieldChannels channels;
     std::optional<glm::dvec3> axis;  ///< that parts the light in two
 };
 
 /// Whole repetitions in parallel, as many at a time as there are threads; folded in their order.
 template <class Real>
-PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonOptions& options, Monitor& monitor,
-                      const NeededVoxels& needed, const Lobes& parts, PhotonStatistics& statistics) {
+PhotonTally runShifts(const std::vector<Job>& jobs, const PhotonOptions& options, Monitor& monitor, const Lobes& parts,
+                      PhotonStatistics& statistics) {
     const int threads = std::min(threadCount(), options.shifts);
     const std::size_t lobes = parts.axis ? 2 : 1;
     std::vector<TrackAccumulator<Real>> scratch;
     for (std::size_t t = 0; t < static_cast<std::size_t>(threads) * lobes; ++t)
-        scratch.emplace_back(needed, parts.channels);
+        scratch.emplace_back(parts.needed, parts.channels);
     std::vector<PhotonTally> tallies(static_cast<std::size_t>(options.shifts));
     ShiftRun shifts(jobs, options, monitor);
     for (int first = 0; first < options.shifts; first += threads) {
@@ -299,7 +296,7 @@ BakeResult bakeFromCatalogue(const Scene& scene, std::shared_ptr<const NeededVox
 BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const PhotonOptions& options,
                        Monitor& monitor) {
     BakeReport report;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
     const std::vector<SpectralSample> spectrum = spectralSamples(options.wavelengths);
     std::optional<PhotonTracer> tracer;
@@ -314,14 +311,14 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     }
     shareOut(options, jobs);
 
-    const Lobes parts{channels, channels.flux ? scene.bake.lobe_axis : std::nullopt};
+    const Lobes parts{*needed, channels, channels.flux ? scene.bake.lobe_axis : std::nullopt};
     PhotonStatistics statistics(needed, channels, parts.axis ? 2 : 1);
     const PhotonTally total = crowded(jobs, needed->frame())
-                                  ? runShifts<double>(jobs, options, monitor, *needed, parts, statistics)
-                                  : runShifts<float>(jobs, options, monitor, *needed, parts, statistics);
-    report.seconds.emplace_back("trace", secondsSince(start));
+                                  ? runShifts<double>(jobs, options, monitor, parts, statistics)
+                                  : runShifts<float>(jobs, options, monitor, parts, statistics);
+    report.seconds.emplace_back("trace", watch.seconds());
 
-    const auto field_start = std::chrono::steady_clock::now();
+    const Stopwatch field_watch;
     monitor.progress("field", 0);
     PhotonStatistics::Result result = statistics.result();
     fillLedgers(total, options.shifts, report);
@@ -333,7 +330,7 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
         monitor.warn(fmt::format(
             "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
             100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
-    report.seconds.emplace_back("field", secondsSince(field_start));
+    report.seconds.emplace_back("field", field_watch.seconds());
     BakeResult out{std::move(result.field.first),
                    std::move(report),
                    std::move(result.standard_error),

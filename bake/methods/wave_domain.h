@@ -20,7 +20,7 @@ struct WaveDomainSettings {
 /// (launchDomain) and a margin of half a Fresnel zone and of how far an index that varies bends rays, narrowing towards
 /// the bottom; and the absorbing layer around. Planes that block and are perpendicular to an axis end it two voxels
 /// behind them. An axis along which light and surface repeat with the grid is periodic.
-WaveCells waveCells(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame,
+WaveCells waveCells(const Scene& scene, const LitSurface& lit, const GridFrame& frame,
                     const WaveDomainSettings& settings, WaveRelease& release);
 
 }  // namespace photic

@@ -18,7 +18,7 @@ WaveIndex::WaveIndex(const IndexVolume& volume, const WaveCells& cells, const Wa
         const glm::dvec2 across = glm::dvec2(horizontal) / n;
         const glm::dvec3 direction(across, -std::sqrt(std::max(0.0, 1 - glm::dot(across, across))));
         carried_.push_back(
-            planeSums(scheme.pulse, scheme.dt, cells.grid.spacing, scheme.order, direction, slowness / scheme.speed)
+            planeSums(scheme.pulse, {scheme.dt, cells.grid.spacing, scheme.order}, direction, slowness / scheme.speed)
                 .flux);
     }
     for (std::size_t k = carried_.size(); k-- > 0;) carried_[k] /= carried_[0];

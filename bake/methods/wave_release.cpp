@@ -92,6 +92,120 @@ int offsetOf(const glm::ivec3& local) { return (local.x & 7) << 6 | (local.y & 7
 /// Highest wet cell of a column, from the lowest.
 int wetTop(float level) { return static_cast<int>(std::ceil(level)) - 1; }
 
+/// What one x of the columns releases.
+struct ReleasedRow {
+    std::vector<WaveDriven> driven;
+    std::vector<WaveRim> rim;
+    double launched = 0, reflected = 0, path = 0;
+    int away = 0, folded = 0;
+};
+
+/// The pulse of one light, column by column.
+class PulseRelease {
+public:
+    PulseRelease(const WaveCells& cells, const LitSurface& lit, const PulseInWater& water, const WaveRelease& surface)
+        : cells_(cells),
+          water_(water),
+          surface_(surface),
+          rays_(lit.surface, lit.light.direction, water.index),
+          direction_(lit.light.direction),
+          slowness_(lit.surface.ior_above / lit.surface.ior_below),
+          step_(0.25 * std::min(cells.grid.spacing.x, cells.grid.spacing.y)) {}
+
+    /// Adds the column (x, y): its driven cells, and its light through the whole box.
+    void addColumn(int x, int y, ReleasedRow& out) const {
+        const glm::ivec3 size = cells_.size(), low = cells_.lowCell();
+        const float level = surface_.level[columnIndex(size, x, y)];
+        const int first = std::max(wetTop(level) + 1, 0), top = surface_.top[columnIndex(size, x, y)];
+        for (int z = first; z <= top; ++z) addCell({x, y, z}, level, z == first, out);
+        const Ray ray = rays_.at(glm::dvec2(cells_.world(glm::dvec3(low + glm::ivec3(x, y, 0)))));
+        out.launched += ray.arriving, out.reflected += ray.arriving - ray.power;
+        if (ray.power > 0) out.path += ray.power * pathWithin(cells_, ray, water_.extinction);
+    }
+
+private:
+    void addCell(const glm::ivec3& local, float level, bool lowest, ReleasedRow& out) const {
+        const int block = blockOf(cells_, local);
+        if (!cells_.grid.has(block)) return;
+        const glm::ivec3 cell = cells_.lowCell() + local;
+        const glm::dvec3 point = cells_.world(glm::dvec3(cell));
+        const glm::dvec2 uv = rays_.foot(point, 1e-6 * step_);
+        const Ray ray = rays_.at(uv);
+        double spread = spreadAt(uv, point.z);
+        if (spread < 0.1) ++out.folded, spread = 0.1;
+        const double irradiance = ray.power / (spread * std::max(-ray.direction.z, 1e-3));
+        if (lowest) out.away += ray.arriving <= 0;
+        if (irradiance <= 0) return;
+        const double along = (point.z - ray.position.z) / ray.direction.z;
+        WaveDriven d;
+        d.block = block, d.cell = static_cast<std::uint16_t>(offsetOf(local));
+        const WaveIndex* index = water_.index;
+        const double carried = index ? index->carriedAt(point) : 1,
+                     here = index ? index->slownessAt(0.5 * (point + ray.position)) : 1;
+        d.amplitude = static_cast<float>(std::sqrt(irradiance / carried) * std::exp(-0.5 * water_.extinction * along));
+        d.arrival = slowness_ * glm::dot(direction_, ray.position) + here * along;
+        out.driven.push_back(d);
+        const double below = level + 0.5 - local.z;
+        if (below > 0) out.rim.push_back({cell, static_cast<float>(irradiance * below), glm::vec3(ray.direction)});
+    }
+
+    /// How far the rays around uv have spread at height z: |d(landing)/d(uv)|, signed.
+    double spreadAt(const glm::dvec2& uv, double z) const {
+        const auto landing = [&](double du, double dv) {
+            return Refractor::landing(rays_.at(uv + glm::dvec2(du, dv)), z);
+        };
+        const glm::dvec2 a = (landing(step_, 0) - landing(-step_, 0)) / (2 * step_),
+                         b = (landing(0, step_) - landing(0, -step_)) / (2 * step_);
+        return a.x * b.y - a.y * b.x;
+    }
+
+    const WaveCells& cells_;
+    const PulseInWater& water_;
+    const WaveRelease& surface_;
+    const Refractor rays_;
+    const glm::dvec3 direction_;
+    const double slowness_;  ///< above the surface, over that below
+    const double step_;      ///< [m], of the differences
+};
+
+/// Joins the rows in order, so that sums do not depend on threads.
+void joinRows(const std::vector<ReleasedRow>& rows, const WaveCells& cells, WaveRelease& release) {
+    double away = 0, folded = 0;
+    for (const ReleasedRow& r : rows) {
+        release.source.driven.insert(release.source.driven.end(), r.driven.begin(), r.driven.end());
+        release.rim.insert(release.rim.end(), r.rim.begin(), r.rim.end());
+        release.launched += r.launched, release.reflected += r.reflected, release.path += r.path;
+        away += r.away, folded += r.folded;
+    }
+    const double area = cells.grid.spacing.x * cells.grid.spacing.y;
+    release.launched *= area, release.reflected *= area, release.path *= area;
+    release.turned_away = away / static_cast<double>(release.level.size());
+    if (!release.source.driven.empty()) release.folded = folded / static_cast<double>(release.source.driven.size());
+}
+
+/// What is above the surface is held.
+void holdAbove(const WaveCells& cells, WaveRelease& release) {
+    const glm::ivec3 size = cells.size();
+    std::vector<std::int32_t> held_of(static_cast<std::size_t>(cells.grid.count()), -1);
+    for (int x = 0; x < size.x; ++x)
+        for (int y = 0; y < size.y; ++y) {
+            const int first = std::max(wetTop(release.level[columnIndex(size, x, y)]) + 1, 0);
+            for (int z = first; z < size.z; ++z) {
+                const glm::ivec3 local(x, y, z);
+                const int block = blockOf(cells, local);
+                if (!cells.grid.has(block)) continue;
+                std::int32_t& number = held_of[static_cast<std::size_t>(block)];
+                if (number < 0) {
+                    number = static_cast<std::int32_t>(release.source.held.size());
+                    release.source.held.push_back({block, {}});
+                }
+                const int offset = offsetOf(local);
+                release.source.held[static_cast<std::size_t>(number)].cells[static_cast<std::size_t>(offset >> 6)] |=
+                    std::uint64_t{1} << (offset & 63);
+            }
+        }
+}
+
 }  // namespace
 
 void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& release) {
@@ -132,93 +246,16 @@ void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& r
     });
 }
 
-void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
-                  double extinction, const WaveIndex* index, WaveRelease& release) {
-    const glm::ivec3 size = cells.size(), low = cells.lowCell();
-    const Refractor rays(surface, light.direction, index);
-    const double slowness = surface.ior_above / surface.ior_below;
-    const double step = 0.25 * std::min(cells.grid.spacing.x, cells.grid.spacing.y);
-    release.source.pulse = pulse;
-
-    struct Column {
-        std::vector<WaveDriven> driven;
-        std::vector<WaveRim> rim;
-        double launched = 0, reflected = 0, path = 0;
-        int away = 0, folded = 0;
-    };
-    std::vector<Column> columns(static_cast<std::size_t>(size.x));
-    parallelFor(size.x, [&](std::int64_t number) {
-        const int x = static_cast<int>(number);
-        Column& out = columns[static_cast<std::size_t>(x)];
-        for (int y = 0; y < size.y; ++y) {
-            const float level = release.level[columnIndex(size, x, y)];
-            const int first = std::max(wetTop(level) + 1, 0), top = release.top[columnIndex(size, x, y)];
-            for (int z = first; z <= top; ++z) {
-                const glm::ivec3 local(x, y, z);
-                const int block = blockOf(cells, local);
-                if (!cells.grid.has(block)) continue;
-                const glm::dvec3 point = cells.world(glm::dvec3(low + local));
-                const glm::dvec2 uv = rays.foot(point, 1e-6 * step);
-                const Ray ray = rays.at(uv);
-                // How far the rays have spread: d(landing)/d(uv) at the height of the cell.
-                const auto landing = [&](double du, double dv) {
-                    return Refractor::landing(rays.at(uv + glm::dvec2(du, dv)), point.z);
-                };
-                const glm::dvec2 a = (landing(step, 0) - landing(-step, 0)) / (2 * step),
-                                 b = (landing(0, step) - landing(0, -step)) / (2 * step);
-                double spread = a.x * b.y - a.y * b.x;
-                if (spread < 0.1) ++out.folded, spread = 0.1;
-                const double irradiance = ray.power / (spread * std::max(-ray.direction.z, 1e-3));
-                if (z == first) out.away += ray.arriving <= 0;
-                if (irradiance <= 0) continue;
-                const double along = (point.z - ray.position.z) / ray.direction.z;
-                WaveDriven d;
-                d.block = block, d.cell = static_cast<std::uint16_t>(offsetOf(local));
-                const double carried = index ? index->carriedAt(point) : 1,
-                             here = index ? index->slownessAt(0.5 * (point + ray.position)) : 1;
-                d.amplitude = static_cast<float>(std::sqrt(irradiance / carried) * std::exp(-0.5 * extinction * along));
-                d.arrival = slowness * glm::dot(light.direction, ray.position) + here * along;
-                out.driven.push_back(d);
-                const double below = level + 0.5 - z;
-                if (below > 0)
-                    out.rim.push_back({low + local, static_cast<float>(irradiance * below), glm::vec3(ray.direction)});
-            }
-            const Ray ray = rays.at(glm::dvec2(cells.world(glm::dvec3(low + glm::ivec3(x, y, 0)))));
-            out.launched += ray.arriving, out.reflected += ray.arriving - ray.power;
-            if (ray.power > 0) out.path += ray.power * pathWithin(cells, ray, extinction);
-        }
+void releasePulse(const WaveCells& cells, const LitSurface& lit, const PulseInWater& water, WaveRelease& release) {
+    const glm::ivec3 size = cells.size();
+    release.source.pulse = water.pulse;
+    const PulseRelease pulse(cells, lit, water, release);
+    std::vector<ReleasedRow> rows(static_cast<std::size_t>(size.x));
+    parallelFor(size.x, [&](std::int64_t x) {
+        for (int y = 0; y < size.y; ++y) pulse.addColumn(static_cast<int>(x), y, rows[static_cast<std::size_t>(x)]);
     });
-    double away = 0, folded = 0;
-    for (const Column& c : columns) {
-        release.source.driven.insert(release.source.driven.end(), c.driven.begin(), c.driven.end());
-        release.rim.insert(release.rim.end(), c.rim.begin(), c.rim.end());
-        release.launched += c.launched, release.reflected += c.reflected, release.path += c.path;
-        away += c.away, folded += c.folded;
-    }
-    const double area = cells.grid.spacing.x * cells.grid.spacing.y;
-    release.launched *= area, release.reflected *= area, release.path *= area;
-    release.turned_away = away / static_cast<double>(release.level.size());
-    if (!release.source.driven.empty()) release.folded = folded / static_cast<double>(release.source.driven.size());
-
-    // What is above the surface is held.
-    std::vector<std::int32_t> held_of(static_cast<std::size_t>(cells.grid.count()), -1);
-    for (int x = 0; x < size.x; ++x)
-        for (int y = 0; y < size.y; ++y) {
-            const int first = std::max(wetTop(release.level[columnIndex(size, x, y)]) + 1, 0);
-            for (int z = first; z < size.z; ++z) {
-                const glm::ivec3 local(x, y, z);
-                const int block = blockOf(cells, local);
-                if (!cells.grid.has(block)) continue;
-                std::int32_t& number = held_of[static_cast<std::size_t>(block)];
-                if (number < 0) {
-                    number = static_cast<std::int32_t>(release.source.held.size());
-                    release.source.held.push_back({block, {}});
-                }
-                const int offset = offsetOf(local);
-                release.source.held[static_cast<std::size_t>(number)].cells[static_cast<std::size_t>(offset >> 6)] |=
-                    std::uint64_t{1} << (offset & 63);
-            }
-        }
+    joinRows(rows, cells, release);
+    holdAbove(cells, release);
 }
 
 void releaseAtRest(const WaveCells& cells, WaveRelease& release) {

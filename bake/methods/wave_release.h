@@ -36,6 +36,19 @@ struct WaveCells {
 
 class WaveIndex;
 
+/// A light and the surface that it goes through.
+struct LitSurface {
+    const Surface& surface;
+    const Light& light;
+};
+
+/// What a pulse is and what it runs through.
+struct PulseInWater {
+    WavePulse pulse;
+    double extinction = 0;             ///< [1/m]
+    const WaveIndex* index = nullptr;  ///< null: constant
+};
+
 /// Light in a cell that the surface cuts and whose centre is above it.
 struct WaveRim {
     glm::ivec3 cell{0};
@@ -63,13 +76,11 @@ void levelSurface(const WaveCells& cells, const Surface& surface, WaveRelease& r
 /// A pulse along the interface at the light's arrival time there: Snell's law and Fresnel's transmittance at the smooth
 /// surface, arrival n1/n2 (d . y) + |x - y| and amplitude sqrt(E0 T cos ti / cos tt / |J|) carried back along the ray
 /// to the cells just above the surface, whose values are then given for all times: one-sided, and exact as far as rays
-/// are. Times are lengths in the medium below, whose `extinction` is in 1/m. Needs levelSurface().
+/// are. Times are lengths in the medium below. Needs levelSurface().
 /// Where the index varies, `surface.ior_below` is its least; rays are refracted by the index at their feet and carried
 /// back straight, at the index halfway: arrivals are off by about r^3 (grad n / n)^2, r < 4 cells, a thousandth of a
 /// cell.
-/// @param index  null: constant
-void releasePulse(const WaveCells& cells, const Surface& surface, const Light& light, const WavePulse& pulse,
-                  double extinction, const WaveIndex* index, WaveRelease& release);
+void releasePulse(const WaveCells& cells, const LitSurface& lit, const PulseInWater& water, WaveRelease& release);
 
 /// The paper's start [Mercier 2014, algorithm 3]: phi = 1 at rest in the cells that the surface cuts. Needs
 /// levelSurface().

@@ -4,18 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "bake/methods/graded_space.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/wavefront_launch.h"
 #include "bake/paths/emission.h"
 #include "bake/report/error.h"
+#include "bake/report/stopwatch.h"
 
 namespace photic {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
     static const std::vector<OptionBinding<WavefrontOptions>> bindings{
@@ -77,11 +75,11 @@ public:
         const double share = 1.0 / (passes * static_cast<double>(samples.size()));
         double done = 0;
         for (int channel = 0; channel < passes; ++channel) {
-            const auto start = Clock::now();
+            const Stopwatch watch;
             if (channel == 0) monitor_.progress("index", 0);
             medium_.sample(channel, monitor_);
             if (channel == 0) monitor_.progress("index", 1);
-            index_seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
+            index_seconds_ += watch.seconds();
             for (const auto& [light, sample] : samples) {
                 addSample(*light, sample, channel, {done, share}, field);
                 done += share;

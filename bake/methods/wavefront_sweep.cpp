@@ -2,11 +2,11 @@
 #include "bake/methods/wavefront_sweep.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "bake/graded/ray_integrator.h"
+#include "bake/report/stopwatch.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/bent_rows.h"
 
@@ -17,16 +17,7 @@ constexpr int kLanes = BentRows::kLanes;
 constexpr std::size_t kTubesOfBlock = 128;
 constexpr double kFarLayers = 1e6;  // past any grid, and exact in single precision
 
-using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
 double channelMean(const glm::dvec3& v) { return (v.x + v.y + v.z) / 3; }
-
-/// A tube that turned away in this chunk.
-struct Turned {
-    std::uint32_t tube;
-    int lane;  ///< that it does not pass any more
-};
 
 }  // namespace
 
@@ -50,6 +41,12 @@ struct FrontSweep::Chunk {
 struct FrontSweep::Packed {
     TubeSet set;
     BentRows bent;
+};
+
+/// A tube that turned away in this chunk.
+struct FrontSweep::Turned {
+    std::uint32_t tube;
+    int lane;  ///< that it does not pass any more
 };
 
 struct FrontSweep::State {
@@ -147,7 +144,7 @@ int FrontSweep::stepsIn(const Front& front, const Chunk& chunk) const {
 }
 
 void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const glm::ivec3 node = space_.first_node - origin();
     const int first_w = chunk.first - origin()[front.axis];
     collapseIndex(*space_.index, {front.axis, node}, first_w, chunk.layers, front.sense, stepsIn(front, chunk),
@@ -176,7 +173,7 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
         kernel(march, state.rays, from, std::min(kBatch, state.rays.u.size() - from), bent.values.data(),
                bent.rayStride());
     });
-    totals_.trace_seconds += secondsSince(start);
+    totals_.trace_seconds += watch.seconds();
 }
 
 /// Finds the tubes that turned away in a chunk, and hands them on.
@@ -193,7 +190,7 @@ void FrontSweep::turnAway(const Front& front, const Chunk& chunk, State& state) 
         if (earliest < 0) continue;
         state.turned.push_back({static_cast<std::uint32_t>(t), earliest});
         state.alive[t] = 0;
-        passOn(front, chunk, state, t, earliest);
+        passOn(front, chunk, state, state.turned.back());
     }
 }
 
@@ -214,52 +211,58 @@ void FrontSweep::carryOn(int axis, double layers, Front::Ray& ray) const {
     ray.voxel = frame.indexFromWorld(on.position), ray.momentum = on.momentum;
 }
 
-void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, std::size_t tube, int lane) {
+/// A tube's ray where it leaves its front.
+struct FrontSweep::Leaving {
+    Front::Ray ray;
+    glm::dvec3 left{0};  ///< of its power, per channel
+};
+
+FrontSweep::Leaving FrontSweep::leave(const Front& front, const Chunk& chunk, const State& state, std::uint32_t ray,
+                                      int lane) const {
     const auto axes = axesFor(front.axis);
     const BentRows& bent = state.packed.bent;
     const int before = lane - front.sense;  // the last lane that the tube passes
     // From the grid's first voxel, as rays and rows count.
     const int first_w = chunk.first - origin()[front.axis];
     const double face = first_w + lane - 0.5 * front.sense;
-    Front::Ray rays[3];
-    glm::dvec3 left(0), mean(0);
-    for (int c = 0; c < 3; ++c) {
-        const std::uint32_t ray = front.tubes[tube].ray[c];
-        glm::dvec3 slope, at;  // along (u, v, w)
-        double n = 1;
-        if (before >= 0 && before < chunk.layers) {
-            const float* rows = &bent.values[ray * bent.rayStride()];
-            const auto row = [&](int which) { return static_cast<double>(rows[which * kLanes + before]); };
-            slope = {row(BentRows::kSlopeU), row(BentRows::kSlopeV), 1};
-            at = {row(BentRows::kU), row(BentRows::kV), first_w + before};
-            n = row(BentRows::kMomentum);
-            rays[c].lit = row(BentRows::kLit) > 0;
-            for (int k = 0; k < 3; ++k) left[k] += row(BentRows::kLeft + std::min(k, bent.channels - 1)) / 3;
-        } else {
-            const FrontRays& r = state.before;
-            slope = {double(r.pu[ray]) * double(bent.voxel[2]) / double(bent.voxel[0]),
-                     double(r.pv[ray]) * double(bent.voxel[2]) / double(bent.voxel[1]), 1};
-            slope.x *= front.sense / double(r.pw[ray]), slope.y *= front.sense / double(r.pw[ray]);
-            at = {double(r.u[ray]), double(r.v[ray]), double(r.w[ray])};
-            n = glm::length(glm::dvec3(r.pu[ray], r.pv[ray], r.pw[ray]));
-            rays[c].lit = r.lit[ray] > 0;
-            for (int k = 0; k < 3; ++k)
-                left[k] +=
-                    (state.attenuates ? std::exp(-double(r.depth[std::min(k, bent.channels - 1)][ray])) : 1.0) / 3;
-        }
-        glm::dvec3 direction;
-        for (int a = 0; a < 3; ++a)
-            rays[c].voxel[axes[static_cast<std::size_t>(a)]] = at[a] + origin()[axes[static_cast<std::size_t>(a)]],
-            direction[axes[static_cast<std::size_t>(a)]] = front.sense * slope[a] * double(bent.voxel[a]);
-        rays[c].momentum = n * glm::normalize(direction);
-        // On to the face, unless the ray starts beyond it.
-        if (front.sense * (face - at.z) > 0) carryOn(front.axis, face - at.z, rays[c]);
-        mean += glm::normalize(rays[c].momentum);
+    Leaving out;
+    glm::dvec3 slope, at;  // along (u, v, w)
+    double n = 1;
+    if (before >= 0 && before < chunk.layers) {
+        const float* rows = &bent.values[ray * bent.rayStride()];
+        const auto row = [&](int which) { return static_cast<double>(rows[which * kLanes + before]); };
+        slope = {row(BentRows::kSlopeU), row(BentRows::kSlopeV), 1};
+        at = {row(BentRows::kU), row(BentRows::kV), first_w + before};
+        n = row(BentRows::kMomentum);
+        out.ray.lit = row(BentRows::kLit) > 0;
+        for (int k = 0; k < 3; ++k) out.left[k] = row(BentRows::kLeft + std::min(k, bent.channels - 1));
+    } else {
+        const FrontRays& r = state.before;
+        slope = {double(r.pu[ray]) * double(bent.voxel[2]) / double(bent.voxel[0]),
+                 double(r.pv[ray]) * double(bent.voxel[2]) / double(bent.voxel[1]), 1};
+        slope.x *= front.sense / double(r.pw[ray]), slope.y *= front.sense / double(r.pw[ray]);
+        at = {double(r.u[ray]), double(r.v[ray]), double(r.w[ray])};
+        n = glm::length(glm::dvec3(r.pu[ray], r.pv[ray], r.pw[ray]));
+        out.ray.lit = r.lit[ray] > 0;
+        for (int k = 0; k < 3; ++k)
+            out.left[k] = state.attenuates ? std::exp(-double(r.depth[std::min(k, bent.channels - 1)][ray])) : 1.0;
     }
-    const glm::dvec3 power = front.tubes[tube].power * left;
-    countLoss(front.tubes[tube].power, left);
-    ++totals_.turned;
-    // The axis along which all three corners go on best.
+    glm::dvec3 direction;
+    for (int a = 0; a < 3; ++a)
+        out.ray.voxel[axes[static_cast<std::size_t>(a)]] = at[a] + origin()[axes[static_cast<std::size_t>(a)]],
+        direction[axes[static_cast<std::size_t>(a)]] = front.sense * slope[a] * double(bent.voxel[a]);
+    out.ray.momentum = n * glm::normalize(direction);
+    // On to the face, unless the ray starts beyond it.
+    if (front.sense * (face - at.z) > 0) carryOn(front.axis, face - at.z, out.ray);
+    return out;
+}
+
+namespace {
+
+/// The axis and sense along which all three rays of a tube go on best; those of the front where none is good.
+std::pair<int, int> bestWay(const Front& front, const Front::Ray (&rays)[3]) {
+    glm::dvec3 mean(0);
+    for (const Front::Ray& ray : rays) mean += glm::normalize(ray.momentum);
     std::pair<int, int> best{front.axis, front.sense};
     double best_cosine = 0.5;
     for (int a = 0; a < 3; ++a) {
@@ -269,18 +272,35 @@ void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, st
         for (const Front::Ray& ray : rays) least = std::min(least, sense * ray.momentum[a] / glm::length(ray.momentum));
         if (least > best_cosine) best_cosine = least, best = {a, sense};
     }
+    return best;
+}
+
+}  // namespace
+
+void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, const Turned& turned) {
+    const Front::Tube& tube = front.tubes[turned.tube];
+    Front::Ray rays[3];
+    glm::dvec3 left(0);
+    for (int c = 0; c < 3; ++c) {
+        const Leaving leaving = leave(front, chunk, state, tube.ray[c], turned.lane);
+        rays[c] = leaving.ray, left += leaving.left / 3.0;
+    }
+    const glm::dvec3 power = tube.power * left;
+    countLoss(tube.power, left);
+    ++totals_.turned;
+    const std::pair<int, int> best = bestWay(front, rays);
     if (best.first == front.axis) {
         totals_.power.dropped += channelMean(power);
-        if (lost_) lost_->push_back(front.tubes[tube].source);
+        if (lost_) lost_->push_back(tube.source);
         return;
     }
     Front& next = state.next[best];
     next.axis = best.first, next.sense = best.second;
     auto& places = state.places[best];
     Front::Tube out;
-    out.power = power, out.source = front.tubes[tube].source;
+    out.power = power, out.source = tube.source;
     for (int c = 0; c < 3; ++c) {
-        const auto [place, fresh] = places.emplace(std::pair{front.tubes[tube].ray[c], chunk.first + lane},
+        const auto [place, fresh] = places.emplace(std::pair{tube.ray[c], chunk.first + turned.lane},
                                                    static_cast<std::uint32_t>(next.rays.size()));
         if (fresh) next.rays.push_back(rays[c]);
         out.ray[c] = place->second;
@@ -418,13 +438,13 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         if (exit < earliest) continue;  // all rays start beyond it
         march(front, chunk, state);
         turnAway(front, chunk, state);
-        const auto start = Clock::now();
+        const Stopwatch watch;
         if (chunk.group && !lost_)
             lay(front, chunk, state);
         else
             for (const Turned& t : state.turned)
                 for (float& power : state.packed.set.tubes[t.tube].power) power = 0;
-        totals_.deposit_seconds += secondsSince(start);
+        totals_.deposit_seconds += watch.seconds();
     }
     finish(front, state);
     std::vector<Front> out;

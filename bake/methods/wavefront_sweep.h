@@ -72,6 +72,8 @@ private:
     struct Chunk;
     struct Packed;
     struct State;
+    struct Turned;
+    struct Leaving;
 
     /// The voxel that rays and rows count from: single precision holds no map's coordinates.
     glm::ivec3 origin() const { return field_.frame().min; }
@@ -81,7 +83,8 @@ private:
     void march(const Front& front, const Chunk& chunk, State& state);
     void turnAway(const Front& front, const Chunk& chunk, State& state);
     void carryOn(int axis, double layers, Front::Ray& ray) const;
-    void passOn(const Front& front, const Chunk& chunk, State& state, std::size_t tube, int lane);
+    Leaving leave(const Front& front, const Chunk& chunk, const State& state, std::uint32_t ray, int lane) const;
+    void passOn(const Front& front, const Chunk& chunk, State& state, const Turned& turned);
     void lay(const Front& front, const Chunk& chunk, State& state);
     void layTurned(const Front& front, const Chunk& chunk, State& state);
     void finish(const Front& front, const State& state);

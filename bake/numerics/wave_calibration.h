@@ -8,6 +8,13 @@
 
 namespace photic {
 
+/// How finely waves are stepped: their dispersion follows from it.
+struct WaveDifferencing {
+    double dt = 0;  ///< [m]
+    glm::dvec3 spacing{0};
+    int order = 4;  ///< of the differences in space
+};
+
 /// What the stepper's sums are for a plane wave of amplitude 1: integrals of phi_t^2, and of -phi_t grad phi along its
 /// way.
 struct WavePlaneSums {
@@ -18,24 +25,22 @@ struct WavePlaneSums {
 /// Frequencies are kept exactly (what drives the waves sets them), and wavenumbers follow from the scheme's own
 /// dispersion along `direction`, at the speed 1 / `slowness`; so both integrals are known to rounding, one frequency at
 /// a time.
-WavePlaneSums planeSums(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order,
-                        const glm::dvec3& direction, double slowness = 1);
+WavePlaneSums planeSums(const WavePulse& pulse, const WaveDifferencing& grid, const glm::dvec3& direction,
+                        double slowness = 1);
 
 /// The wavenumber that the scheme gives to waves of angular frequency w along `direction`; about w slowness; 0 where
 /// they do not propagate.
-double schemeWavenumber(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction,
-                        double slowness = 1);
+double schemeWavenumber(double w, const WaveDifferencing& grid, const glm::dvec3& direction, double slowness = 1);
 
 /// The speed that the differential equation must be given so that waves of angular frequency w travel along `direction`
 /// at 1 in the scheme: leapfrog is too fast, central differences too slow. At six cells a wavelength and 0.95 of the
 /// largest step waves would be 0.4 to 0.8 % too fast; what the surface sets along itself then leaves too flat.
 /// @param most  bound for stability
-double tunedSpeed(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction, double most);
+double tunedSpeed(double w, const WaveDifferencing& grid, const glm::dvec3& direction, double most);
 
 /// At which energy of angular frequency w travels along `direction` in the scheme: what damping per time must be
 /// multiplied by to be damping per length.
-double schemeGroupVelocity(double w, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction,
-                           double speed);
+double schemeGroupVelocity(double w, const WaveDifferencing& grid, const glm::dvec3& direction, double speed);
 
 /// Turns the stepper's sums of -phi_t grad phi into the flux of a unit of irradiance.
 ///
@@ -47,8 +52,7 @@ class WaveFluxScale {
 public:
     /// @param direction  of the light under flat water, whose components along the surface the waves keep
     /// @param speed      that the stepper was given
-    WaveFluxScale(const WavePulse& pulse, double dt, const glm::dvec3& spacing, int order, const glm::dvec3& direction,
-                  double speed);
+    WaveFluxScale(const WavePulse& pulse, const WaveDifferencing& grid, const glm::dvec3& direction, double speed);
     glm::dvec3 operator()(const glm::dvec3& sums) const;
 
 private:

@@ -45,7 +45,7 @@ double standingWaveError(int order, double courant, const glm::ivec3& waves) {
     double low = 0, high = 2 * k;
     for (int i = 0; i < 60; ++i) {
         const double w = 0.5 * (low + high),
-                     found = schemeWavenumber(w, dt, grid.spacing, order, glm::normalize(glm::dvec3(waves)));
+                     found = schemeWavenumber(w, {dt, grid.spacing, order}, glm::normalize(glm::dvec3(waves)));
         (found != 0 && found < k ? low : high) = w;
     }
     // Equal values at times -dt and 0: the wave's top is half a step earlier.
@@ -69,14 +69,14 @@ TEST(WaveStepper, FourthOrderInSpaceSecondInTime) {
     // Relative error of the wavenumber as cells and steps shrink.
     const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.2, 0.9));
     const auto error = [&](double h, double dt, int order) {
-        return std::fabs(schemeWavenumber(1, dt, glm::dvec3(h), order, direction) - 1);
+        return std::fabs(schemeWavenumber(1, {dt, glm::dvec3(h), order}, direction) - 1);
     };
     const auto slope = [](double coarse, double fine) { return std::log2(coarse / fine); };
     EXPECT_NEAR(slope(error(0.4, 1e-4, 4), error(0.2, 1e-4, 4)), 4, 0.1);
     EXPECT_NEAR(slope(error(0.2, 1e-4, 4), error(0.1, 1e-4, 4)), 4, 0.1);
     EXPECT_NEAR(slope(error(0.4, 1e-4, 2), error(0.2, 1e-4, 2)), 2, 0.1);
     EXPECT_NEAR(slope(error(0.01, 0.2, 4), error(0.01, 0.1, 4)), 2, 0.1);
-    EXPECT_EQ(schemeWavenumber(40, 0.01, glm::dvec3(0.2), 4, direction), 0) << "shorter than the grid holds";
+    EXPECT_EQ(schemeWavenumber(40, {0.01, glm::dvec3(0.2), 4}, direction), 0) << "shorter than the grid holds";
 }
 
 TEST(WaveStepper, StepsBeyondTheLimitAreRefused) {
@@ -317,7 +317,7 @@ TEST(WaveSums, OfAPlaneWaveAreTheCalibration) {
                             });
         for (int i = 0; i < 400; ++i) stepper.step();
         stepper.finish();
-        const WavePlaneSums plane = planeSums(pulse, stepper.dt(), grid.spacing, 4, direction);
+        const WavePlaneSums plane = planeSums(pulse, {stepper.dt(), grid.spacing, 4}, direction);
         EXPECT_LT(plane.energy, pulse.slopeEnergy());
         EXPECT_GT(plane.energy, 0.85 * pulse.slopeEnergy());
         for (const int z : {2, 4, 6}) {
@@ -336,13 +336,13 @@ TEST(WaveSums, FluxKeepsItsDirection) {
     const glm::dvec3 spacing(1, 1, 0.9), along = glm::normalize(glm::dvec3(-0.5, 0.2, -0.84));
     const WavePulse pulse = WavePulse::ofWavelength(6);
     const double dt = 0.95 * WaveStepper::largestStep(spacing, 4), w = pulse.frequency();
-    const double speed = tunedSpeed(w, dt, spacing, 4, along, 1 / 0.95);
+    const double speed = tunedSpeed(w, {dt, spacing, 4}, along, 1 / 0.95);
     EXPECT_NEAR(speed, 1, 0.015);
-    EXPECT_NEAR(schemeWavenumber(w, dt, spacing, 4, along, 1 / speed) / w, 1, 1e-9);
-    EXPECT_GT(std::fabs(schemeWavenumber(w, dt, spacing, 4, along) / w - 1), 2e-3);
+    EXPECT_NEAR(schemeWavenumber(w, {dt, spacing, 4}, along, 1 / speed) / w, 1, 1e-9);
+    EXPECT_GT(std::fabs(schemeWavenumber(w, {dt, spacing, 4}, along) / w - 1), 2e-3);
     // Of the differential equation alone energy travels at its speed; the scheme is some per cent off.
-    EXPECT_NEAR(schemeGroupVelocity(1e-2 * w, dt, spacing, 4, along, 0.9), 0.9, 1e-4);
-    const double group = schemeGroupVelocity(w, dt, spacing, 4, along, speed);
+    EXPECT_NEAR(schemeGroupVelocity(1e-2 * w, {dt, spacing, 4}, along, 0.9), 0.9, 1e-4);
+    const double group = schemeGroupVelocity(w, {dt, spacing, 4}, along, speed);
     EXPECT_NEAR(group, 1, 0.05);
     EXPECT_GT(std::fabs(group - 1), 1e-3);
 
@@ -352,7 +352,7 @@ TEST(WaveSums, FluxKeepsItsDirection) {
         constexpr int kWaves = 1000;
         for (int i = 0; i < kWaves; ++i) {
             const double frequency = (i + 0.5) * 6 / pulse.width() / kWaves;
-            const double wave = schemeWavenumber(frequency, dt, spacing, 4, direction, 1 / speed);
+            const double wave = schemeWavenumber(frequency, {dt, spacing, 4}, direction, 1 / speed);
             for (int a = 0; a < 3; ++a) {
                 const double x = wave * direction[a] * spacing[a];
                 const double slope = (8 * std::sin(x) - std::sin(2 * x)) / (6 * spacing[a]);
@@ -364,7 +364,7 @@ TEST(WaveSums, FluxKeepsItsDirection) {
     const auto off = [](const glm::dvec3& a, const glm::dvec3& b) {
         return std::acos(std::min(1.0, glm::dot(glm::normalize(a), glm::normalize(b)))) * 180 / kPi;
     };
-    const WaveFluxScale scale(pulse, dt, spacing, 4, along, speed);
+    const WaveFluxScale scale(pulse, {dt, spacing, 4}, along, speed);
     for (const glm::dvec3& direction :
          {along, glm::normalize(along + glm::dvec3(0.15, 0.1, 0)), glm::normalize(along + glm::dvec3(-0.15, 0, 0))}) {
         EXPECT_GT(off(slopes(direction), direction), 0.2);
