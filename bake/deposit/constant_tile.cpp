@@ -27,6 +27,85 @@ bool sameConstants(const TubeConstants& a, const TubeConstants& b) {
     return same;
 }
 
+/// What the tubes over a tile add up to, as long as they are alike.
+class TileLight {
+public:
+    TileLight(const TubeSet& set, const TileSums& tile)
+        : set_(set),
+          entry_(tile.first_w - 0.5),
+          exit_(tile.first_w + tile.active_lanes - 0.5),
+          low_(tile.tile_min_u - 0.5, tile.tile_min_v - 0.5),
+          high_(tile.tile_max_u - 0.5, tile.tile_max_v - 0.5),
+          // A point of the tile that no corner of a regular mesh falls on.
+          probe_(low_ + (high_ - low_) * glm::dvec2(0.4142135, 0.5615528)) {}
+
+    /// Adds the tubes of a block. @return whether the light is still the same everywhere in the tile
+    bool add(const TubeBlock& block) {
+        const CornerRay* corners = &set_.corners[block.first_corner];
+        for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
+            const TubeConstants& tube = set_.tubes[block.first_tube + t];
+            if (!addTube(corners, block.topology->triangles[t].corner, tube)) return false;
+        }
+        for (const auto& edge : block.topology->edges)
+            if (edge.right == BlockTopology::kNone && rimTouches(corners[edge.v0], corners[edge.v1])) return false;
+        return true;
+    }
+
+    bool lit() const { return first_ && sheets_ > 0; }
+    /// What a voxel holds, channel after channel.
+    void write(const TileSums& tile, float* values) const {
+        double mean = 0;
+        for (int k = 0; k < set_.channels; ++k) {
+            values[k] = static_cast<float>(sheets_ * density_[k] * first_->length);
+            mean += sheets_ * density_[k] / set_.channels;
+        }
+        if (tile.channels > set_.channels)
+            for (int k = 0; k < 3; ++k) values[set_.channels + k] = static_cast<float>(mean * first_->travel[k]);
+    }
+
+private:
+    /// A tube that passes the whole slab, as dense there as all before it.
+    bool addTube(const CornerRay* corners, const std::uint8_t* c, const TubeConstants& tube) {
+        for (int i = 0; i < 3; ++i) {
+            const double open = set_.sense > 0 ? entry_ - corners[c[i]].w : corners[c[i]].w - exit_;
+            const double left = set_.sense > 0 ? corners[c[i]].w_end - exit_ : entry_ - corners[c[i]].w_end;
+            if (open < 0 || left < 0) return false;
+        }
+        if (!first_) first_ = &tube;
+        if (!sameConstants(*first_, tube)) return false;
+        for (const double w : {entry_, 0.5 * (entry_ + exit_), exit_}) {
+            const glm::dvec2 p[3] = {at(corners[c[0]], w), at(corners[c[1]], w), at(corners[c[2]], w)};
+            const double area = 0.5 * std::fabs(cross(p[1] - p[0], p[2] - p[0]));
+            for (int k = 0; k < set_.channels; ++k) {
+                const double here = tube.power[k] / area;
+                if (density_[k] == 0) density_[k] = here;
+                if (!(std::fabs(here - density_[k]) <= kSame * density_[k])) return false;
+            }
+            if (w == entry_) sheets_ += contains(p, probe_);
+        }
+        return true;
+    }
+
+    /// A rim is harmless only where its box over the slab misses the tile.
+    bool rimTouches(const CornerRay& one, const CornerRay& other) const {
+        glm::dvec2 least(1e300), most(-1e300);
+        for (const CornerRay* corner : {&one, &other})
+            for (const double w : {entry_, exit_}) {
+                const glm::dvec2 p = at(*corner, w);
+                least = {std::min(least.x, p.x), std::min(least.y, p.y)};
+                most = {std::max(most.x, p.x), std::max(most.y, p.y)};
+            }
+        return most.x >= low_.x && least.x <= high_.x && most.y >= low_.y && least.y <= high_.y;
+    }
+
+    const TubeSet& set_;
+    const double entry_, exit_;  ///< of the slab
+    const glm::dvec2 low_, high_, probe_;
+    const TubeConstants* first_ = nullptr;
+    double density_[3] = {0, 0, 0};
+    int sheets_ = 0;
+};
+
 }  // namespace
 
 bool constantTile(const TubeSet& set, const std::vector<std::uint32_t>& blocks, const TileSums& tile, float* values) {
@@ -37,59 +116,11 @@ bool constantTile(const TubeSet& set, const std::vector<std::uint32_t>& blocks, 
     }
     if (tubes > kMaxTubes) return false;
 
-    const double entry = tile.first_w - 0.5, exit = tile.first_w + tile.active_lanes - 0.5;
-    const glm::dvec2 low(tile.tile_min_u - 0.5, tile.tile_min_v - 0.5),
-        high(tile.tile_max_u - 0.5, tile.tile_max_v - 0.5);
-    // A point of the tile that no corner of a regular mesh falls on.
-    const glm::dvec2 probe = low + (high - low) * glm::dvec2(0.4142135, 0.5615528);
-    const TubeConstants* first = nullptr;
-    double density[3] = {0, 0, 0};
-    int sheets = 0;
-    for (const std::uint32_t b : blocks) {
-        const TubeBlock& block = set.blocks[b];
-        const CornerRay* corners = &set.corners[block.first_corner];
-        for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
-            const std::uint8_t* c = block.topology->triangles[t].corner;
-            const TubeConstants& tube = set.tubes[block.first_tube + t];
-            for (int i = 0; i < 3; ++i) {
-                const double open = set.sense > 0 ? entry - corners[c[i]].w : corners[c[i]].w - exit;
-                const double left = set.sense > 0 ? corners[c[i]].w_end - exit : entry - corners[c[i]].w_end;
-                if (open < 0 || left < 0) return false;
-            }
-            if (!first) first = &tube;
-            if (!sameConstants(*first, tube)) return false;
-            for (const double w : {entry, 0.5 * (entry + exit), exit}) {
-                const glm::dvec2 p[3] = {at(corners[c[0]], w), at(corners[c[1]], w), at(corners[c[2]], w)};
-                const double area = 0.5 * std::fabs(cross(p[1] - p[0], p[2] - p[0]));
-                for (int k = 0; k < set.channels; ++k) {
-                    const double here = tube.power[k] / area;
-                    if (density[k] == 0) density[k] = here;
-                    if (!(std::fabs(here - density[k]) <= kSame * density[k])) return false;
-                }
-                if (w == entry) sheets += contains(p, probe);
-            }
-        }
-        for (const auto& edge : block.topology->edges) {
-            if (edge.right != BlockTopology::kNone) continue;
-            // A rim is harmless only where its box over the slab misses the tile.
-            glm::dvec2 least(1e300), most(-1e300);
-            for (const std::uint8_t v : {edge.v0, edge.v1})
-                for (const double w : {entry, exit}) {
-                    const glm::dvec2 p = at(corners[v], w);
-                    least = {std::min(least.x, p.x), std::min(least.y, p.y)};
-                    most = {std::max(most.x, p.x), std::max(most.y, p.y)};
-                }
-            if (most.x >= low.x && least.x <= high.x && most.y >= low.y && least.y <= high.y) return false;
-        }
-    }
-    if (!first || sheets == 0) return false;
-    double mean = 0;
-    for (int k = 0; k < set.channels; ++k) {
-        values[k] = static_cast<float>(sheets * density[k] * first->length);
-        mean += sheets * density[k] / set.channels;
-    }
-    if (tile.channels > set.channels)
-        for (int k = 0; k < 3; ++k) values[set.channels + k] = static_cast<float>(mean * first->travel[k]);
+    TileLight light(set, tile);
+    for (const std::uint32_t b : blocks)
+        if (!light.add(set.blocks[b])) return false;
+    if (!light.lit()) return false;
+    light.write(tile, values);
     return true;
 }
 

@@ -68,75 +68,113 @@ std::vector<std::uint32_t> gatherFans(const TubeSet& set, std::vector<Fan>& fans
     return fan_of;
 }
 
+/// One tube across one layer: the triangle, and what it interpolates.
+struct CutTube {
+    glm::dvec2 p[3];
+    double power[3], area[3];  ///< of the corners' fans
+    double whole;              ///< twice the triangle's area, signed
+};
+
+/// Lays tubes layer by layer.
+class ErnstLayers {
+public:
+    ErnstLayers(const TubeSet& set, LightField& field)
+        : set_(set),
+          field_(field),
+          fan_of_(gatherFans(set, fans_)),
+          axes_(axesFor(set.axis)),
+          per_volume_(1 / field.frame().voxelVolume()) {}
+
+    /// Adds tube `t` of a block in layer `w`.
+    void add(const TubeBlock& block, std::size_t t, int w) const {
+        CutTube cut;
+        if (!cutAt(block, t, w, cut)) return;
+        const GridFrame& frame = field_.frame();
+        const auto [least_u, most_u] = std::minmax({cut.p[0].x, cut.p[1].x, cut.p[2].x});
+        const auto [least_v, most_v] = std::minmax({cut.p[0].y, cut.p[1].y, cut.p[2].y});
+        const int low_u = std::max(frame.min[axes_[0]], static_cast<int>(std::ceil(least_u)));
+        const int high_u = std::min(frame.max[axes_[0]], static_cast<int>(std::floor(most_u)));
+        const int low_v = std::max(frame.min[axes_[1]], static_cast<int>(std::ceil(least_v)));
+        const int high_v = std::min(frame.max[axes_[1]], static_cast<int>(std::floor(most_v)));
+        for (int u = low_u; u <= high_u; ++u)
+            for (int v = low_v; v <= high_v; ++v) {
+                const double density = densityAt(cut, {u, v});
+                if (density < 0) continue;
+                glm::ivec3 voxel;
+                voxel[axes_[0]] = u, voxel[axes_[1]] = v, voxel[axes_[2]] = w;
+                addVoxel(block, t, voxel, density);
+            }
+    }
+
+private:
+    bool cutAt(const TubeBlock& block, std::size_t t, int w, CutTube& cut) const {
+        const std::uint8_t* c = block.topology->triangles[t].corner;
+        for (int i = 0; i < 3; ++i) {
+            const std::uint32_t corner = block.first_corner + c[i];
+            const CornerRay& ray = set_.corners[corner];
+            if (set_.sense * (w - ray.w) < 0 || set_.sense * (ray.w_end - static_cast<double>(w)) < 0) return false;
+            cut.p[i] = at(ray, w);
+            cut.power[i] = fans_[fan_of_[corner]].power, cut.area[i] = fans_[fan_of_[corner]].area(w);
+        }
+        cut.whole = cross(cut.p[1] - cut.p[0], cut.p[2] - cut.p[0]);
+        return cut.whole != 0;
+    }
+
+    /// Power an area at a point; below 0 beside the tube.
+    static double densityAt(const CutTube& cut, const glm::dvec2& x) {
+        const auto& [p, power, area, whole] = cut;
+        const double b0 = cross(p[1] - x, p[2] - x) / whole, b1 = cross(p[2] - x, p[0] - x) / whole, b2 = 1 - b0 - b1;
+        if (b0 < 0 || b1 < 0 || b2 < 0) return -1;
+        const double denominator = std::fabs(b0 * area[0] + b1 * area[1] + b2 * area[2]);
+        if (denominator <= 0) return -1;
+        return (b0 * power[0] + b1 * power[1] + b2 * power[2]) / denominator;
+    }
+
+    void addVoxel(const TubeBlock& block, std::size_t t, const glm::ivec3& voxel, double density) const {
+        const int slot = field_.needed().slotOf(voxel);
+        if (slot < 0 || !field_.needed().contains(voxel)) return;
+        const std::uint8_t* c = block.topology->triangles[t].corner;
+        const TubeConstants& tube = set_.tubes[block.first_tube + t];
+        const int irradiance = field_.channels().irradiance;
+        float* out = field_.makeDense(slot) + NeededVoxels::offsetInLeaf(voxel);
+        double mean = 0;
+        for (int k = 0; k < irradiance; ++k) {
+            const double sigma = block.extinction[k];
+            const double path = std::fabs(voxel[axes_[2]] - set_.corners[block.first_corner + c[0]].w) * tube.length;
+            // Other channels follow the tube's own share of power.
+            const double share = tube.power[0] > 0 ? tube.power[k] / tube.power[0] : 1;
+            const double here = density * share * std::exp(-sigma * path) * per_volume_;
+            out[k * LightField::kLeafVoxels] += static_cast<float>(here * tube.length);
+            mean += here / irradiance;
+        }
+        if (!field_.channels().flux) return;
+        for (int k = 0; k < 3; ++k)
+            out[(irradiance + k) * LightField::kLeafVoxels] += static_cast<float>(mean * tube.travel[k]);
+    }
+
+    const TubeSet& set_;
+    LightField& field_;
+    std::vector<Fan> fans_;
+    const std::vector<std::uint32_t> fan_of_;  ///< by corner
+    const std::array<int, 3> axes_;
+    const double per_volume_;
+};
+
 }  // namespace
 
 void depositErnst(const TubeSet& set, LightField& field, Monitor& monitor) {
     if (set.empty()) return;
-    std::vector<Fan> fans;
-    const auto fan_of = gatherFans(set, fans);
-    const auto axes = axesFor(set.axis);
+    const ErnstLayers layers(set, field);
     const GridFrame& frame = field.frame();
-    const double per_volume = 1 / frame.voxelVolume();
-    const int irradiance = field.channels().irradiance;
     const int first_leaf = frame.min[set.axis] >> 3, leaves = (frame.max[set.axis] >> 3) - first_leaf + 1;
-
     // A row of leaves along w belongs to one thread.
-    const auto depositTube = [&](const TubeBlock& block, std::size_t t, int w) {
-        const std::uint8_t* c = block.topology->triangles[t].corner;
-        const TubeConstants& tube = set.tubes[block.first_tube + t];
-        glm::dvec2 p[3];
-        double power[3], area[3];
-        for (int i = 0; i < 3; ++i) {
-            const std::uint32_t corner = block.first_corner + c[i];
-            const CornerRay& ray = set.corners[corner];
-            if (set.sense * (w - ray.w) < 0 || set.sense * (ray.w_end - static_cast<double>(w)) < 0) return;
-            p[i] = at(ray, w);
-            power[i] = fans[fan_of[corner]].power, area[i] = fans[fan_of[corner]].area(w);
-        }
-        const double whole = cross(p[1] - p[0], p[2] - p[0]);
-        if (whole == 0) return;
-        const auto [least_u, most_u] = std::minmax({p[0].x, p[1].x, p[2].x});
-        const auto [least_v, most_v] = std::minmax({p[0].y, p[1].y, p[2].y});
-        const int low_u = std::max(frame.min[axes[0]], static_cast<int>(std::ceil(least_u)));
-        const int high_u = std::min(frame.max[axes[0]], static_cast<int>(std::floor(most_u)));
-        const int low_v = std::max(frame.min[axes[1]], static_cast<int>(std::ceil(least_v)));
-        const int high_v = std::min(frame.max[axes[1]], static_cast<int>(std::floor(most_v)));
-        for (int u = low_u; u <= high_u; ++u)
-            for (int v = low_v; v <= high_v; ++v) {
-                const glm::dvec2 x(u, v);
-                const double b0 = cross(p[1] - x, p[2] - x) / whole, b1 = cross(p[2] - x, p[0] - x) / whole,
-                             b2 = 1 - b0 - b1;
-                if (b0 < 0 || b1 < 0 || b2 < 0) continue;
-                const double denominator = std::fabs(b0 * area[0] + b1 * area[1] + b2 * area[2]);
-                if (denominator <= 0) continue;
-                const double density = (b0 * power[0] + b1 * power[1] + b2 * power[2]) / denominator;
-                glm::ivec3 voxel;
-                voxel[axes[0]] = u, voxel[axes[1]] = v, voxel[axes[2]] = w;
-                const int slot = field.needed().slotOf(voxel);
-                if (slot < 0 || !field.needed().contains(voxel)) continue;
-                float* out = field.makeDense(slot) + NeededVoxels::offsetInLeaf(voxel);
-                double mean = 0;
-                for (int k = 0; k < irradiance; ++k) {
-                    const double sigma = block.extinction[k];
-                    const double path = std::fabs(w - set.corners[block.first_corner + c[0]].w) * tube.length;
-                    // Other channels follow the tube's own share of power.
-                    const double share = tube.power[0] > 0 ? tube.power[k] / tube.power[0] : 1;
-                    const double here = density * share * std::exp(-sigma * path) * per_volume;
-                    out[k * LightField::kLeafVoxels] += static_cast<float>(here * tube.length);
-                    mean += here / irradiance;
-                }
-                if (!field.channels().flux) continue;
-                for (int k = 0; k < 3; ++k)
-                    out[(irradiance + k) * LightField::kLeafVoxels] += static_cast<float>(mean * tube.travel[k]);
-            }
-    };
     parallelFor(leaves, [&](std::int64_t row) {
         monitor.checkCancelled();
         const int first = std::max(frame.min[set.axis], (first_leaf + static_cast<int>(row)) * 8);
         const int last = std::min(frame.max[set.axis], (first_leaf + static_cast<int>(row)) * 8 + 7);
         for (const TubeBlock& block : set.blocks)
             for (std::size_t t = 0; t < block.topology->triangles.size(); ++t)
-                for (int w = first; w <= last; ++w) depositTube(block, t, w);
+                for (int w = first; w <= last; ++w) layers.add(block, t, w);
     });
 }
 

@@ -36,6 +36,121 @@ void addScaled(Real factor, const Real* weight, Real* sum) {
     }
 }
 
+/// Where a track is in the grid: its voxel, as a leaf and the offset in it, and where it leaves it across each axis.
+struct VoxelSteps {
+    /// @param begin  where the track enters the box from `low` to `high`; rounding may put that a hair outside
+    VoxelSteps(const glm::dvec3& origin, const glm::dvec3& direction, double begin, const glm::dvec3& low,
+               const glm::dvec3& high) {
+        glm::ivec3 voxel;
+        double next[3], delta[3];
+        bool up[3];
+        for (int a = 0; a < 3; ++a) {
+            const double d = direction[a], at = origin[a] + begin * d;
+            voxel[a] = static_cast<int>(std::clamp(std::floor(at), low[a], high[a] - 1));
+            up[a] = d > 0;
+            delta[a] = d == 0 ? std::numeric_limits<double>::infinity() : 1.0 / std::fabs(d);
+            next[a] = d == 0 ? std::numeric_limits<double>::infinity() : (voxel[a] + (d > 0 ? 1 : 0) - origin[a]) / d;
+        }
+        next_x = next[0], next_y = next[1], next_z = next[2];
+        delta_x = delta[0], delta_y = delta[1], delta_z = delta[2];
+        step_x = up[0] ? 64 : -64, step_y = up[1] ? 8 : -8, step_z = up[2] ? 1 : -1;
+        last_x = up[0] ? 7 << 6 : 0, last_y = up[1] ? 7 << 3 : 0, last_z = up[2] ? 7 : 0;
+        leaf_origin = voxel & ~7;
+        offset = NeededVoxels::offsetInLeaf(voxel);
+    }
+
+    /// Where the track leaves its voxel.
+    double leaves() const { return std::min(next_z, std::min(next_x, next_y)); }
+
+    /// Goes on to the next voxel, across the face that is met at leaves().
+    /// @return whether it is of the same leaf
+    bool advance(double to) {
+        if (to == next_z) {
+            next_z += delta_z;
+            if ((offset & 7) == last_z) {
+                offset ^= 7, leaf_origin.z += 8 * step_z;
+                return false;
+            }
+            offset += step_z;
+        } else if (to == next_x) {
+            next_x += delta_x;
+            if ((offset & 7 << 6) == last_x) {
+                offset ^= 7 << 6, leaf_origin.x += step_x / 8;
+                return false;
+            }
+            offset += step_x;
+        } else {
+            next_y += delta_y;
+            if ((offset & 7 << 3) == last_y) {
+                offset ^= 7 << 3, leaf_origin.y += step_y;
+                return false;
+            }
+            offset += step_y;
+        }
+        return true;
+    }
+
+    glm::ivec3 leaf_origin;
+    int offset;
+
+private:
+    double next_x, next_y, next_z, delta_x, delta_y, delta_z;
+    int step_x, step_y, step_z;  ///< of the offset
+    int last_x, last_y, last_z;  ///< the offset's bits of an axis before the leaf ends
+};
+
+/// What a track adds to the voxels that it passes.
+template <class Real, int Channels, bool Flux, bool Medium>
+struct TrackLight {
+    static constexpr int kStride = Channels + (Flux ? 3 : 0);
+
+    TrackLight(const Track& of, double begin) : track(of) {
+        for (int c = 0; c < Channels; ++c) {
+            mean_power += track.power[c] / Channels;
+            transmittance[c] = Medium ? std::exp(-track.extinction[c] * begin) : 1.0;
+            weight[c] = static_cast<Real>(track.power[c]);
+        }
+        if constexpr (Flux)
+            for (int a = 0; a < 3; ++a)
+                weight[Channels + a] = static_cast<Real>((Channels == 1 ? mean_power : 1.0) * track.direction[a]);
+    }
+
+    /// Goes on by `length`; `factor` is the integral of what is left of the power along it.
+    void pass(double length, double (&factor)[Channels]) {
+        for (int c = 0; c < Channels; ++c) {
+            factor[c] = length;
+            if constexpr (Medium) {
+                const double depth = track.extinction[c] * length, mean = meanTransmittance(depth);
+                factor[c] *= transmittance[c] * mean;
+                // Past some 30 optical depths the difference is rounding, which may be negative.
+                transmittance[c] *= depth < 30 ? 1.0 - depth * mean : std::exp(-depth);
+            }
+        }
+    }
+
+    /// @return power times length, of one channel over its power
+    double add(const double (&factor)[Channels], Real* sum) const {
+        if constexpr (Channels == 1) {
+            addScaled<kStride>(static_cast<Real>(factor[0]), weight, sum);
+            return factor[0];
+        } else {
+            double mean = 0;
+            for (int c = 0; c < Channels; ++c) {
+                sum[c] += static_cast<Real>(factor[c]) * weight[c];
+                mean += factor[c] * track.power[c];
+            }
+            mean /= Channels;
+            if constexpr (Flux)
+                for (int a = Channels; a < kStride; ++a) sum[a] += static_cast<Real>(mean) * weight[a];
+            return mean;
+        }
+    }
+
+    const Track& track;
+    Real weight[kStride];  ///< what a unit of power along a unit of length adds, channel after channel
+    double transmittance[Channels], mean_power = 0;
+};
+
 }  // namespace
 
 /// A track in index space; the parameter stays in metres.
@@ -146,112 +261,41 @@ DepositedTrack TrackAccumulator<Real>::deposit(const Track& track) {
 template <class Real>
 template <int Channels, bool Flux, bool Medium>
 DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, double begin, double end) {
-    constexpr int kStride = Channels + (Flux ? 3 : 0);
-
-    // The first voxel; rounding may put the entry a hair outside. `next` is where the track leaves its voxel across
-    // each axis.
-    glm::ivec3 voxel;
-    double next[3], delta[3];
-    bool up[3];
-    for (int a = 0; a < 3; ++a) {
-        const double d = ray.direction[a], at = ray.origin[a] + begin * d;
-        voxel[a] = static_cast<int>(std::clamp(std::floor(at), needed_low_[a], needed_high_[a] - 1));
-        up[a] = d > 0;
-        delta[a] = d == 0 ? std::numeric_limits<double>::infinity() : 1.0 / std::fabs(d);
-        next[a] = d == 0 ? std::numeric_limits<double>::infinity() : (voxel[a] + (d > 0 ? 1 : 0) - ray.origin[a]) / d;
-    }
-    double next_x = next[0], next_y = next[1], next_z = next[2];
-    // Steps of the offset in a leaf, and its bits and their last value before the leaf ends.
-    const int step_x = up[0] ? 64 : -64, step_y = up[1] ? 8 : -8, step_z = up[2] ? 1 : -1;
-    const int last_x = up[0] ? 7 << 6 : 0, last_y = up[1] ? 7 << 3 : 0, last_z = up[2] ? 7 : 0;
-
-    // What a unit of power along a unit of length adds, channel after channel.
-    Real weight[kStride];
-    double transmittance[Channels], mean_power = 0;
-    for (int c = 0; c < Channels; ++c) {
-        mean_power += track.power[c] / Channels;
-        transmittance[c] = Medium ? std::exp(-track.extinction[c] * begin) : 1.0;
-        weight[c] = static_cast<Real>(track.power[c]);
-    }
-    if constexpr (Flux)
-        for (int a = 0; a < 3; ++a)
-            weight[Channels + a] = static_cast<Real>((Channels == 1 ? mean_power : 1.0) * track.direction[a]);
-
+    using Light = TrackLight<Real, Channels, Flux, Medium>;
+    constexpr int kStride = Light::kStride;
+    VoxelSteps at(ray.origin, ray.direction, begin, needed_low_, needed_high_);
+    Light light(track, begin);
     DepositedTrack out;
     double t = begin, path = 0;
     std::uint32_t counted = track.continues ? 0 : 1;
-    glm::ivec3 leaf_origin = voxel & ~7;
-    int offset = NeededVoxels::offsetInLeaf(voxel);
     while (true) {
         // A leaf: find it once, then walk its voxels.
-        const int slot = needed_->slotOf(leaf_origin);
+        const int slot = needed_->slotOf(at.leaf_origin);
         const bool full = slot >= 0 && full_[static_cast<std::size_t>(slot)];
         const NeededVoxels::Mask mask = slot >= 0 && !full ? needed_->mask(slot) : NeededVoxels::Mask{};
         Real* leaf = full ? leafAt(slot) : slot >= 0 ? leaves_[static_cast<std::size_t>(slot)] : nullptr;
         auto* counts = reinterpret_cast<std::uint32_t*>(leaf + (leaf ? kLeafVoxels * kStride : 0));
-        while (true) {
-            const double to = std::min(next_z, std::min(next_x, next_y)), length = std::min(to, end) - t;
+        bool same_leaf = true;
+        while (same_leaf) {
+            const double to = at.leaves(), length = std::min(to, end) - t;
             if (length > 0) {
                 t += length;
                 double factor[Channels];
-                for (int c = 0; c < Channels; ++c) {
-                    factor[c] = length;
-                    if constexpr (Medium) {
-                        const double depth = track.extinction[c] * length, mean = meanTransmittance(depth);
-                        factor[c] *= transmittance[c] * mean;
-                        // Past some 30 optical depths the difference is rounding, which may be negative.
-                        transmittance[c] *= depth < 30 ? 1.0 - depth * mean : std::exp(-depth);
-                    }
-                }
-                if (full || (slot >= 0 && NeededVoxels::maskBit(mask, offset))) {
+                light.pass(length, factor);
+                if (full || (slot >= 0 && NeededVoxels::maskBit(mask, at.offset))) {
                     if (!leaf)
                         leaf = leafAt(slot), counts = reinterpret_cast<std::uint32_t*>(leaf + kLeafVoxels * kStride);
-                    Real* sum = leaf + offset * kStride;
                     out.touched = true;
-                    counts[offset] += counted;
-                    if constexpr (Channels == 1) {
-                        addScaled<kStride>(static_cast<Real>(factor[0]), weight, sum);
-                        path += factor[0];
-                    } else {
-                        double mean = 0;
-                        for (int c = 0; c < Channels; ++c) {
-                            sum[c] += static_cast<Real>(factor[c]) * weight[c];
-                            mean += factor[c] * track.power[c];
-                        }
-                        mean /= Channels;
-                        if constexpr (Flux)
-                            for (int a = Channels; a < kStride; ++a) sum[a] += static_cast<Real>(mean) * weight[a];
-                        path += mean;
-                    }
+                    counts[at.offset] += counted;
+                    path += light.add(factor, leaf + at.offset * kStride);
                 }
             }
             counted = 1;
             if (to >= end) {
-                out.path = Channels == 1 ? path * mean_power : path;
+                out.path = Channels == 1 ? path * light.mean_power : path;
                 return out;
             }
-            if (to == next_z) {
-                next_z += delta[2];
-                if ((offset & 7) == last_z) {
-                    offset ^= 7, leaf_origin.z += 8 * step_z;
-                    break;
-                }
-                offset += step_z;
-            } else if (to == next_x) {
-                next_x += delta[0];
-                if ((offset & 7 << 6) == last_x) {
-                    offset ^= 7 << 6, leaf_origin.x += step_x / 8;
-                    break;
-                }
-                offset += step_x;
-            } else {
-                next_y += delta[1];
-                if ((offset & 7 << 3) == last_y) {
-                    offset ^= 7 << 3, leaf_origin.y += step_y;
-                    break;
-                }
-                offset += step_y;
-            }
+            same_leaf = at.advance(to);
         }
     }
 }
