@@ -52,8 +52,26 @@ Layout fittingLayout(const glm::ivec3& size, double voxel_size) {
                                               size.z, size.x, size.y, format::kAtlasLargestSide, voxel_size * scale));
 }
 
-Image atlasImage(const LightField& field, const VoxelBox& box, const Layout& layout, double reference, bool rgb,
-                 std::atomic<std::int64_t>& clamped) {
+/// One image of the atlas.
+struct AtlasPart {
+    const LightField* lobe;
+    std::string path;
+    bool rgb;          ///< the colours' irradiance, instead of flux and mean
+    std::string what;  ///< in messages
+};
+
+/// What an atlas says of its grid.
+struct AtlasGrid {
+    VoxelBox box;
+    glm::dvec3 voxel;  ///< [m]
+    Layout layout;
+};
+
+Image atlasImage(const AtlasPart& part, const AtlasGrid& grid, double reference, std::atomic<std::int64_t>& clamped) {
+    const LightField& field = *part.lobe;
+    const VoxelBox& box = grid.box;
+    const Layout& layout = grid.layout;
+    const bool rgb = part.rgb;
     const glm::ivec3 size = box.max - box.min + 1;
     Image image;
     image.width = layout.columns * size.x, image.height = layout.rows * size.y, image.channels = rgb ? 3 : 4;
@@ -83,6 +101,56 @@ Image atlasImage(const LightField& field, const VoxelBox& box, const Layout& lay
 
 nlohmann::json jsonOf(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+nlohmann::json sidecarOf(const StraightField& straight, const LightVolume& volume, const AtlasGrid& grid,
+                         const std::string& path) {
+    const GridFrame& frame = straight.field().frame();
+    const auto& [box, voxel, layout] = grid;
+    const glm::ivec3 size = box.max - box.min + 1;
+    const bool coloured = straight.field().channels().irradiance == 3, second = straight.second() != nullptr;
+    const auto named = [&](bool there, const char* part) {
+        return there ? nlohmann::json(nameOf(partPath(path, part))) : nlohmann::json(nullptr);
+    };
+    const glm::dvec3 origin = frame.worldFromIndex(box.min);
+    const glm::dvec3 a = origin - 0.5 * voxel, b = frame.worldFromIndex(box.max) + 0.5 * voxel;
+    return {{"photic_atlas", format::kAtlasVersion},
+            {"image", nameOf(path)},
+            {"rgb_image", named(coloured, "_rgb")},
+            {"image_2", named(second, "_2")},
+            {"rgb_image_2", named(second && coloured, "_2_rgb")},
+            {"width", layout.columns * size.x},
+            {"height", layout.rows * size.y},
+            {"columns", layout.columns},
+            {"rows", layout.rows},
+            {"slices", size.z},
+            {"slice_width", size.x},
+            {"slice_height", size.y},
+            {"texel_of_voxel",
+             "x = (k % columns) * slice_width + i, y = (k / columns) * slice_height + j, row 0 at the top"},
+            {"sample_position", "cell_centre"},
+            {"channels", {{"R", "flux_x"}, {"G", "flux_y"}, {"B", "flux_z"}, {"A", "irradiance_mean"}}},
+            {"scale", volume.reference_irradiance},
+            {"unit", "W/m2"},
+            {"up_axis", "Z"},
+            {"voxel_size", jsonOf(voxel)},
+            {"bounds_world", {{"min", jsonOf(glm::min(a, b))}, {"max", jsonOf(glm::max(a, b))}}},
+            {"world_from_index",
+             {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
+            {"index_min", {box.min.x, box.min.y, box.min.z}},
+            {"resampled", straight.resampled()},
+            {"metadata", volume.metadata}};
+}
+
+std::vector<AtlasPart> partsOf(const StraightField& straight, const std::string& path) {
+    const LightField *first = &straight.field(), *second = straight.second();
+    const bool coloured = first->channels().irradiance == 3;
+    std::vector<AtlasPart> parts{{first, path, false, "the atlas"}};
+    if (coloured) parts.push_back({first, partPath(path, "_rgb"), true, "the atlas of the colours"});
+    if (second) parts.push_back({second, partPath(path, "_2"), false, "the atlas of the second lobe"});
+    if (second && coloured)
+        parts.push_back({second, partPath(path, "_2_rgb"), true, "the atlas of the second lobe's colours"});
+    return parts;
+}
+
 }  // namespace
 
 DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
@@ -96,64 +164,25 @@ DenseWritten writeSliceAtlas(const std::string& path, const LightVolume& volume,
 DenseWritten writeSliceAtlas(OutputSet& outputs, const std::string& path, const LightVolume& volume,
                              const std::optional<VoxelBox>& wanted) {
     const StraightField straight(volume);
-    const LightField& field = straight.field();
-    const GridFrame& frame = field.frame();
-    const double reference = volume.reference_irradiance;
+    const glm::dmat3& axes = straight.field().frame().worldFromIndex();
     const VoxelBox box = straight.box(wanted);
     const glm::ivec3 size = box.max - box.min + 1;
-    const glm::dvec3 voxel(frame.worldFromIndex()[0].x, frame.worldFromIndex()[1].y, frame.worldFromIndex()[2].z);
-    const Layout layout = fittingLayout(size, voxel.x);
-    const bool coloured = field.channels().irradiance == 3;
-
-    const std::string rgb_path = partPath(path, "_rgb"), sidecar_path = sidecarPath(path);
-    if (coloured) outputs.writesBeside("the atlas of the colours", rgb_path, isTexture);
-    const LightField* second = straight.second();
-    const std::string second_path = partPath(path, "_2"), second_rgb_path = partPath(path, "_2_rgb");
-    if (second) outputs.writesBeside("the atlas of the second lobe", second_path, isTexture);
-    if (second && coloured) outputs.writesBeside("the atlas of the second lobe's colours", second_rgb_path, isTexture);
-    const glm::dvec3 origin = frame.worldFromIndex(box.min);
-    const glm::dvec3 a = origin - 0.5 * voxel, b = frame.worldFromIndex(box.max) + 0.5 * voxel;
-    nlohmann::json json = {
-        {"photic_atlas", format::kAtlasVersion},
-        {"image", nameOf(path)},
-        {"rgb_image", coloured ? nlohmann::json(nameOf(rgb_path)) : nlohmann::json(nullptr)},
-        {"image_2", second ? nlohmann::json(nameOf(second_path)) : nlohmann::json(nullptr)},
-        {"rgb_image_2", second && coloured ? nlohmann::json(nameOf(second_rgb_path)) : nlohmann::json(nullptr)},
-        {"width", layout.columns * size.x},
-        {"height", layout.rows * size.y},
-        {"columns", layout.columns},
-        {"rows", layout.rows},
-        {"slices", size.z},
-        {"slice_width", size.x},
-        {"slice_height", size.y},
-        {"texel_of_voxel",
-         "x = (k % columns) * slice_width + i, y = (k / columns) * slice_height + j, row 0 at the top"},
-        {"sample_position", "cell_centre"},
-        {"channels", {{"R", "flux_x"}, {"G", "flux_y"}, {"B", "flux_z"}, {"A", "irradiance_mean"}}},
-        {"scale", reference},
-        {"unit", "W/m2"},
-        {"up_axis", "Z"},
-        {"voxel_size", jsonOf(voxel)},
-        {"bounds_world", {{"min", jsonOf(glm::min(a, b))}, {"max", jsonOf(glm::max(a, b))}}},
-        {"world_from_index",
-         {{voxel.x, 0, 0, origin.x}, {0, voxel.y, 0, origin.y}, {0, 0, voxel.z, origin.z}, {0, 0, 0, 1}}},
-        {"index_min", {box.min.x, box.min.y, box.min.z}},
-        {"resampled", straight.resampled()},
-        {"metadata", volume.metadata}};
+    const glm::dvec3 voxel(axes[0].x, axes[1].y, axes[2].z);
+    const AtlasGrid grid{box, voxel, fittingLayout(size, voxel.x)};
+    const std::vector<AtlasPart> parts = partsOf(straight, path);
+    for (std::size_t i = 1; i < parts.size(); ++i) outputs.writesBeside(parts[i].what, parts[i].path, isTexture);
+    const nlohmann::json json = sidecarOf(straight, volume, grid, path);
 
     // The sidecar last: a reader that finds it finds the images too.
     DenseWritten written{{}, size, 0};
     std::atomic<std::int64_t> clamped{0};
-    const auto write = [&](const LightField& lobe, const std::string& file, bool rgb) {
-        outputs.write(file,
-                      encodeExr(file, atlasImage(lobe, box, layout, reference, rgb, clamped), ChannelDepth::Half));
-        written.files.push_back(file);
-    };
-    write(field, path, false);
-    if (coloured) write(field, rgb_path, true);
-    if (second) write(*second, second_path, false);
-    if (second && coloured) write(*second, second_rgb_path, true);
+    for (const AtlasPart& part : parts) {
+        outputs.write(part.path, encodeExr(part.path, atlasImage(part, grid, volume.reference_irradiance, clamped),
+                                           ChannelDepth::Half));
+        written.files.push_back(part.path);
+    }
     written.clamped = clamped;
+    const std::string sidecar_path = sidecarPath(path);
     written.files.push_back(sidecar_path);
     outputs.write(sidecar_path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return written;
