@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <memory>
@@ -27,6 +26,7 @@
 #include "bake/field/scene_needed_voxels.h"
 #include "bake/methods/kept_shapes.h"
 #include "bake/methods/lobe_axis.h"
+#include "bake/report/stopwatch.h"
 #include "bake/scene/plausibility.h"
 #include "bake/scene/setting_names.h"
 #include "bake/simd/instruction_set.h"
@@ -35,18 +35,6 @@
 namespace photic {
 
 namespace {
-
-/// Seconds since its start, or since the last call.
-class Stopwatch {
-public:
-    double lap() {
-        const auto now = std::chrono::steady_clock::now();
-        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    }
-
-private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Hands everything on, and remembers the warnings, each once.
 class RememberingMonitor final : public Monitor {
@@ -293,6 +281,41 @@ MeasuredReceivers measure(const Scene& scene, const Method& method, const BakeCo
     return measured;
 }
 
+/// The voxels of the scene's frame that are needed, once the machine is known to hold them.
+std::shared_ptr<const NeededVoxels> findNeeded(const Scene& scene, const Method& method, const BakeChoices& choices,
+                                               Monitor& monitor) {
+    // The box alone may be more than the machine can hold: find out before a table of it is made.
+    constexpr std::int64_t kManyVoxels = 100000000;
+    const GridFrame frame = sceneFrame(scene);
+    if (scene.bake.where == Where::Everywhere && frame.voxelCount() > kManyVoxels)
+        checkMemory(bakeCost(scene, method, frame, nullptr, choices), choices);
+    for (const std::string& warning : sceneWarnings(scene)) monitor.warn(warning);
+    warnOfReceiversAtTheEdge(scene, frame, monitor);
+    monitor.progress("needed", 0);
+    return std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, monitor));
+}
+
+/// What every method's report has.
+void fillReport(const Scene& scene, const NeededVoxels& needed, double needed_seconds, BakeReport& report) {
+    report.reference_irradiance = scene.referenceIrradiance();
+    report.needed_voxels = needed.count();
+    report.threads = threadCount();
+    report.instruction_set = name(bestInstructionSet());
+    report.seconds.insert(report.seconds.begin(), {"needed", needed_seconds});
+    const std::vector<std::string> skipped = skippedByAsking(scene, needed);
+    report.skipped.insert(report.skipped.begin(), skipped.begin(), skipped.end());
+}
+
+/// Inverts the blur of trilinear look-ups.
+void prefilter(BakeResult& result, Monitor& monitor) {
+    const Stopwatch watch;
+    monitor.progress("prefilter", 0);
+    prefilterForTrilinear(result.field);
+    if (result.second) prefilterForTrilinear(*result.second);
+    result.report.seconds.emplace_back("prefilter", watch.seconds());
+    monitor.progress("prefilter", 1);
+}
+
 }  // namespace
 
 BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
@@ -304,45 +327,25 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     const GivenOptions& options = givenOptions(scene, method);
     checkMethodTables(scene);
 
-    // The box alone may be more than the machine can hold: find out before a table of it is made.
-    constexpr std::int64_t kManyVoxels = 100000000;
-    const GridFrame frame = sceneFrame(scene);
-    if (scene.bake.where == Where::Everywhere && frame.voxelCount() > kManyVoxels)
-        checkMemory(bakeCost(scene, method, frame, nullptr, choices), choices);
-    for (const std::string& warning : sceneWarnings(scene)) monitor.warn(warning);
-    warnOfReceiversAtTheEdge(scene, frame, monitor);
-    monitor.progress("needed", 0);
-    const auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, monitor));
-    const BakeCost cost = bakeCost(scene, method, frame, needed.get(), choices);
+    const auto needed = findNeeded(scene, method, choices, monitor);
+    const BakeCost cost = bakeCost(scene, method, needed->frame(), needed.get(), choices);
     checkMemory(cost, choices);
     if (choices.expect) choices.expect(cost.stages);
     monitor.progress("needed", 1);
     const double needed_seconds = watch.lap();
 
-    const Scene parted = withLobeAxis(scene, frame);
+    const Scene parted = withLobeAxis(scene, needed->frame());
     BakeResult result = bakeLobes(parted, method, needed, options, monitor);
     monitor.checkCancelled();
-    watch.lap();
     BakeReport& report = result.report;
     warnOfLightGivenUp(scene, report.power, monitor);
     if (scene.bake.grids.irradiance && isDark(result)) monitor.warn(darkBakeWarning(report.power));
-    report.reference_irradiance = scene.referenceIrradiance();
-    report.needed_voxels = needed->count();
-    report.threads = threadCount();
-    report.instruction_set = name(bestInstructionSet());
-    report.seconds.insert(report.seconds.begin(), {"needed", needed_seconds});
-    const std::vector<std::string> skipped = skippedByAsking(scene, *needed);
-    report.skipped.insert(report.skipped.begin(), skipped.begin(), skipped.end());
-    if (scene.bake.prefilter) {
-        monitor.progress("prefilter", 0);
-        prefilterForTrilinear(result.field);
-        if (result.second) prefilterForTrilinear(*result.second);
-        report.seconds.emplace_back("prefilter", watch.lap());
-        monitor.progress("prefilter", 1);
-    }
+    fillReport(scene, *needed, needed_seconds, report);
+    if (scene.bake.prefilter) prefilter(result, monitor);
     report.field_bytes = result.field.bytes() + (result.second ? result.second->bytes() : 0);
 
     std::optional<LightVolume> standard_error = makeStandardError(method, scene.referenceIrradiance(), result);
+    watch.lap();
     if (scene.bake.grids.density) monitor.progress("density", 0);
     LightVolume volume = makeVolume(scene, metadataOf(scene, method, choices, result), result);
     if (scene.bake.grids.density) report.seconds.emplace_back("density", watch.lap());
