@@ -92,9 +92,24 @@ void addStoredAs(CLI::App& app, VdbOptions& file) {
     app.add_flag("!--f32", file.half, "Store 32-bit floats instead of half floats");
 }
 
-}  // namespace
+/// An option that is one of some names, each of which stands for a value of an enum.
+template <class Enum, class Target>
+void named(CLI::App& app, const char* option, const std::vector<std::pair<std::string, Enum>>& names, Target& target,
+           const char* help) {
+    std::vector<std::string> words;
+    for (const auto& [name, meaning] : names) words.push_back(name);
+    oneOf(app.add_option_function<std::string>(
+              option,
+              [&target, names](const std::string& given) {
+                  for (const auto& [name, meaning] : names)
+                      if (name == given) target = meaning;
+              },
+              help),
+          words);
+}
 
-void bindBake(CLI::App& app, BakeArguments& a) {
+/// What is baked, and what is said about it.
+void bindRun(CLI::App& app, BakeArguments& a) {
     value(app.add_option("SCENE", a.scene, "Scene file (.toml, .glb or .gltf)"), "FILE")->required();
     value(app.add_option("-o,--output", a.output,
                          "Volume to write (default: the scene's name, .vdb, in the current folder). Folders that it "
@@ -112,6 +127,10 @@ void bindBake(CLI::App& app, BakeArguments& a) {
     app.add_flag("--dry-run", a.dry_run, "Check the inputs and estimate voxels, memory and time; bake nothing");
     value(app.add_option("--report", a.report_file, "Write the report as JSON to a file"), "FILE");
     app.add_flag("--json", a.json, "Print the report (or the estimate) as JSON on stdout");
+}
+
+/// What stands in for the scene's own settings.
+void bindSettings(CLI::App& app, BakeArguments& a) {
     value(app.add_option("--voxel-size", a.voxel_size, "Voxel size [m] instead of the scene's"), "METRES");
     value(app.add_option("--resolution", a.resolution,
                          "Voxels along the domain's longest side instead of the scene's voxel size"),
@@ -140,6 +159,10 @@ void bindBake(CLI::App& app, BakeArguments& a) {
     app.add_flag_function(
         "--prefilter,!--no-prefilter", [&a](std::int64_t count) { a.prefilter = count > 0; },
         "Invert the blur of trilinear look-ups");
+}
+
+/// What is written.
+void bindWritten(CLI::App& app, BakeArguments& a) {
     value(app.add_option("--grids", a.grids,
                          fmt::format("Grids to write, comma-separated: {}", fmt::join(gridNames(), ", "))),
           "NAMES")
@@ -149,19 +172,22 @@ void bindBake(CLI::App& app, BakeArguments& a) {
           "STEP");
     value(repeated(app.add_option("--set", a.set, "An option of a method, as listed below")), "METHOD.OPTION=VALUE");
     addStoredAs(app, a.file);
-    const std::vector<std::string> compressions{"none", "mask", "blosc", "zip"};
-    oneOf(app.add_option_function<std::string>(
-              "--compression",
-              [&a, compressions](const std::string& name) {
-                  a.file.compression = static_cast<Compression>(
-                      std::find(compressions.begin(), compressions.end(), name) - compressions.begin());
-              },
-              "How the .vdb is packed (default: mask)"),
-          compressions);
+    named<Compression>(
+        app, "--compression",
+        {{"none", Compression(0)}, {"mask", Compression(1)}, {"blosc", Compression(2)}, {"zip", Compression(3)}},
+        a.file.compression, "How the .vdb is packed (default: mask)");
     value(
         app.add_option("--standard-error", a.standard_error_file,
                        "Also write the standard error per voxel, as irradiance, to a .vdb, where the method knows it"),
         "FILE");
+}
+
+}  // namespace
+
+void bindBake(CLI::App& app, BakeArguments& a) {
+    bindRun(app, a);
+    bindSettings(app, a);
+    bindWritten(app, a);
 }
 
 std::string methodNotes() {
@@ -249,18 +275,10 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     app.add_flag("--l1", a.l1,
                  "Of .dds and .ktx2: what faces get, by harmonics of order 0 and 1, as VRChat's and Bakery's light "
                  "volumes have it");
-    const std::map<std::string, NvdbPrecision> precisions{{"half", NvdbPrecision::Half},
-                                                          {"float", NvdbPrecision::Float}};
-    oneOf(app.add_option_function<std::string>(
-              "--precision", [&a, precisions](const std::string& name) { a.precision = precisions.at(name); },
-              "Of an .nvdb (default: half)"),
-          {"half", "float"});
-    const std::map<std::string, NvdbCodec> codecs{
-        {"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}};
-    oneOf(app.add_option_function<std::string>(
-              "--codec", [&a, codecs](const std::string& name) { a.codec = codecs.at(name); },
-              "Of an .nvdb (default: blosc); the run-time library reads all but zip"),
-          {"none", "zip", "blosc"});
+    named<NvdbPrecision>(app, "--precision", {{"half", NvdbPrecision::Half}, {"float", NvdbPrecision::Float}},
+                         a.precision, "Of an .nvdb (default: half)");
+    named<NvdbCodec>(app, "--codec", {{"none", NvdbCodec::None}, {"zip", NvdbCodec::Zip}, {"blosc", NvdbCodec::Blosc}},
+                     a.codec, "Of an .nvdb (default: blosc); the run-time library reads all but zip");
     value(app.add_option("--budget", a.budget_mb,
                          "Memory that a volume may take in a game: leaves out what it must, and says what that costs"),
           "MIB");
