@@ -133,6 +133,45 @@ BentBlock blockOf(const GpuIndexVolumes::Impl& objects, const std::vector<Placed
     return block;
 }
 
+/// What the passes of one draw have in common.
+struct BentDraw {
+    const GBuffer& surfaces;
+    const Surroundings& surroundings;
+    ClipMatrices clip;
+    bool disperses;
+    bool lit;  ///< there is light that scatters
+};
+
+std::vector<Define> definesOf(const BentRayOptions& options, bool lit) {
+    std::vector<Define> defines;
+    if (options.lookup == IndexLookup::Gradients) defines.push_back({"PHOTIC_BENT_GRADIENTS", "1"});
+    if (options.integrator == BentIntegrator::Euler) defines.push_back({"PHOTIC_EULER", "1"});
+    if (lit) defines.push_back({"PHOTIC_LIT", "1"});
+    return defines;
+}
+
+/// Binds what one pass reads, and sets its uniforms. All but the first add only what is scattered.
+void bindPass(const BentDraw& draw, bool first, GLuint program, FullScreenPass& pass) {
+    const GlFunctions& gl = pass.gl();
+    const GBuffer& surfaces = draw.surfaces;
+    const Surroundings& surroundings = draw.surroundings;
+    gl.ActiveTexture(GL_TEXTURE0 + 3);
+    gl.BindSampler(3, 0);
+    gl.BindTexture(GL_TEXTURE_2D, surroundings.environment);
+    pass.bindNearest(4, surfaces.depth);
+    pass.bindNearest(11, surroundings.radiance);
+    const Uniforms uniforms(gl, program);
+    uniforms.setMatrix("photic_place_from_clip", draw.clip.place_from_clip.data());
+    uniforms.setMatrix("photic_clip_from_place", draw.clip.clip_from_place.data());
+    const float factor = first ? 1.0F : 0.0F;
+    uniforms.set("photic_bent_surroundings", factor * surroundings.colour[0], factor * surroundings.colour[1],
+                 factor * surroundings.colour[2], surroundings.turn);
+    uniforms.set("photic_bent_has", surroundings.environment != 0 && first ? 1 : 0, surfaces.depth != 0 ? 1 : 0,
+                 surroundings.radiance != 0 ? (first ? 1 : 2) : 0, surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0);
+    uniforms.set("photic_empty_depth", surfaces.empty_depth);
+    uniforms.set("photic_bent_disperses", draw.disperses ? 1 : 0);
+}
+
 }  // namespace
 
 BentRayPass::BentRayPass(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -174,43 +213,19 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
         const GlStateGuard guard(gl);
         bindTarget(gl, target);
         gl.Disable(GL_BLEND);
-        std::vector<Define> defines;
-        if (options.lookup == IndexLookup::Gradients) defines.push_back({"PHOTIC_BENT_GRADIENTS", "1"});
-        if (options.integrator == BentIntegrator::Euler) defines.push_back({"PHOTIC_EULER", "1"});
-
-        // All but the first lobe or light add only what is scattered.
         std::vector<LitVolume> shown;
         for (const LitVolume& l : lobes)
             if (scatters && l.weight != 0) shown.push_back(l);
+        const BentDraw shared{surfaces, surroundings, *clip, disperses && options.disperses, !shown.empty()};
         for (std::size_t i = 0; i == 0 || i < shown.size(); ++i) {
-            std::vector<Define> with = defines;
-            if (!shown.empty()) with.push_back({"PHOTIC_LIT", "1"});
+            std::vector<Define> defines = definesOf(options, shared.lit);
             const GLuint program =
-                shown.empty() ? pass.program(with) : pass.programFor(*shown[i].volume, std::move(with));
-            const Uniforms uniforms(gl, program);
-            const bool all = i == 0;
-            block.origin[3] = all ? 0.0F : 1.0F;
+                shared.lit ? pass.programFor(*shown[i].volume, std::move(defines)) : pass.program(defines);
+            block.origin[3] = i == 0 ? 0.0F : 1.0F;
             impl_->upload(block);
-            const auto texture = [&](unsigned unit, GLuint name) {
-                gl.ActiveTexture(GL_TEXTURE0 + unit);
-                gl.BindSampler(unit, 0);
-                gl.BindTexture(GL_TEXTURE_2D, name);
-            };
-            texture(3, surroundings.environment);
-            pass.bindNearest(4, surfaces.depth);
-            pass.bindNearest(11, surroundings.radiance);
             volumes.bind();
-            uniforms.setMatrix("photic_place_from_clip", clip->place_from_clip.data());
-            uniforms.setMatrix("photic_clip_from_place", clip->clip_from_place.data());
-            const float factor = all ? 1.0F : 0.0F;
-            uniforms.set("photic_bent_surroundings", factor * surroundings.colour[0], factor * surroundings.colour[1],
-                         factor * surroundings.colour[2], surroundings.turn);
-            uniforms.set("photic_bent_has", surroundings.environment != 0 && all ? 1 : 0, surfaces.depth != 0 ? 1 : 0,
-                         surroundings.radiance != 0 ? (all ? 1 : 2) : 0,
-                         surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0);
-            uniforms.set("photic_empty_depth", surfaces.empty_depth);
-            uniforms.set("photic_bent_disperses", disperses && options.disperses ? 1 : 0);
-            if (!shown.empty()) shown[i].volume->impl().bind(0, 0, shown[i].weight);
+            bindPass(shared, i == 0, program, pass);
+            if (shared.lit) shown[i].volume->impl().bind(0, 0, shown[i].weight);
             pass.drawTriangle();
             gl.Enable(GL_BLEND);
             gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);

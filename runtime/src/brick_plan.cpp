@@ -175,6 +175,52 @@ void fillBox(const VolumeData& data, const Int3& min, const Int3& size, Half4* l
     }
 }
 
+namespace {
+
+/// Voxels a side that a brick of the coarser volume is made from.
+constexpr int kFine = 16;
+
+/// The transform of the coarser grid: its voxel i covers 2 i and 2 i + 1, whose middle is at 2 i + 1/2.
+VoxelTransform halfTransform(const VoxelTransform& fine) {
+    VoxelTransform transform = fine;
+    const Double3 half = multiply(fine.world_from_index, {0.5, 0.5, 0.5});
+    for (std::size_t a = 0; a < 3; ++a) transform.origin_world[a] += half[a];
+    for (double& v : transform.world_from_index) v *= 2;
+    for (double& v : transform.index_from_world) v /= 2;
+    return transform;
+}
+
+/// The bricks of the coarser grid that hold some of the finer one's, in order.
+std::vector<Int3> coarseOrigins(const VolumeData& data) {
+    std::vector<Int3> origins;
+    const auto coarse = [](int brick) { return 8 * floorDivide(brick, 2); };
+    std::size_t page = 0;
+    for (int z = 0; z < data.brick_count[2]; ++z) {
+        for (int y = 0; y < data.brick_count[1]; ++y) {
+            for (int x = 0; x < data.brick_count[0]; ++x, ++page) {
+                if (data.pages[page] == 0) continue;
+                origins.push_back(
+                    {coarse(data.brick_min[0] + x), coarse(data.brick_min[1] + y), coarse(data.brick_min[2] + z)});
+            }
+        }
+    }
+    std::sort(origins.begin(), origins.end());
+    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    return origins;
+}
+
+/// The mean of the eight fine voxels of voxel `v` of a brick.
+float meanOfEight(const std::vector<Half4>& fine, int v, std::size_t component) {
+    float sum = 0;
+    for (int n = 0; n < 8; ++n) {
+        const int x = 2 * (v & 7) + (n & 1), y = 2 * (v >> 3 & 7) + (n >> 1 & 1), z = 2 * (v >> 6) + (n >> 2);
+        sum += floatOfHalf(fine[static_cast<std::size_t>((z * kFine + y) * kFine + x)][component]);
+    }
+    return sum / 8;
+}
+
+}  // namespace
+
 Volume halfResolution(const VolumeData& data) {
     for (std::size_t a = 0; a < 3; ++a) {
         if (data.period[a] != 0 && (data.period[a] % 2 != 0 || data.lit_min[a] % 2 != 0)) {
@@ -183,55 +229,22 @@ Volume halfResolution(const VolumeData& data) {
                                        " on, and only even numbers can be made coarser; raise the budget");
         }
     }
-    // Voxel i of the result covers 2 i and 2 i + 1, whose middle is at 2 i + 1/2.
-    VoxelTransform transform = data.transform;
-    const Double3 half = multiply(data.transform.world_from_index, {0.5, 0.5, 0.5});
-    for (std::size_t a = 0; a < 3; ++a) transform.origin_world[a] += half[a];
-    for (double& v : transform.world_from_index) v *= 2;
-    for (double& v : transform.index_from_world) v /= 2;
-
-    VolumeBuilder builder(transform, ~std::uint64_t{0});
+    VolumeBuilder builder(halfTransform(data.transform), ~std::uint64_t{0});
     builder.setMetadata(data.metadata);
-    const auto eachBrick = [&](const auto& body) {
-        std::size_t page = 0;
-        for (int z = 0; z < data.brick_count[2]; ++z) {
-            for (int y = 0; y < data.brick_count[1]; ++y) {
-                for (int x = 0; x < data.brick_count[0]; ++x, ++page) {
-                    if (data.pages[page] == 0) continue;
-                    const auto coarse = [](int brick) { return 8 * floorDivide(brick, 2); };
-                    body(Int3{coarse(data.brick_min[0] + x), coarse(data.brick_min[1] + y),
-                              coarse(data.brick_min[2] + z)});
-                }
-            }
-        }
-    };
-    std::vector<Int3> origins;
-    eachBrick([&](const Int3& origin) { origins.push_back(origin); });
-    std::sort(origins.begin(), origins.end());
-    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    const std::vector<Int3> origins = coarseOrigins(data);
     for (const Int3& origin : origins) builder.addBrick(origin);
     builder.allocate(data.coloured);
     if (data.has_direction) builder.beginChannels(Channels::FluxAndIrradiance);
 
-    constexpr int kFine = 16;
     std::vector<Half4> light(kFine * kFine * kFine), rgb(data.coloured ? light.size() : 0);
     std::vector<float> values(VolumeData::kVoxels * 4), colours(VolumeData::kVoxels * 3);
     for (const Int3& origin : origins) {
         fillBox(data, {2 * origin[0], 2 * origin[1], 2 * origin[2]}, {kFine, kFine, kFine}, light.data(),
                 data.coloured ? rgb.data() : nullptr, Repeats::Ignored);
         for (int v = 0; v < VolumeData::kVoxels; ++v) {
-            const auto mean = [&](const std::vector<Half4>& from, std::size_t component) {
-                float sum = 0;
-                for (int n = 0; n < 8; ++n) {
-                    const int x = 2 * (v & 7) + (n & 1), y = 2 * (v >> 3 & 7) + (n >> 1 & 1),
-                              z = 2 * (v >> 6) + (n >> 2);
-                    sum += floatOfHalf(from[static_cast<std::size_t>((z * kFine + y) * kFine + x)][component]);
-                }
-                return sum / 8;
-            };
             const auto at = static_cast<std::size_t>(v);
-            for (std::size_t c = 0; c < 4; ++c) values[4 * at + c] = mean(light, c);
-            for (std::size_t c = 0; data.coloured && c < 3; ++c) colours[3 * at + c] = mean(rgb, c);
+            for (std::size_t c = 0; c < 4; ++c) values[4 * at + c] = meanOfEight(light, v, c);
+            for (std::size_t c = 0; data.coloured && c < 3; ++c) colours[3 * at + c] = meanOfEight(rgb, v, c);
         }
         builder.setBrick(origin, Channels::FluxAndIrradiance, values.data());
         if (data.coloured) builder.setBrick(origin, Channels::Rgb, colours.data());

@@ -27,7 +27,7 @@ Status LiveWater::Impl::traceRays(Retired& retired) {
     const int wanted_columns = columns + (periodic ? 1 : 2 * kRim), wanted_rows = rows + (periodic ? 1 : 2 * kRim);
     if (wanted_columns != mesh_columns || wanted_rows != mesh_rows) {
         for (GLuint* texture : {&ray_starts, &ray_directions}) {
-            const auto made = makeTexture(gl, GL_TEXTURE_2D, GL_RGBA32F, wanted_columns, wanted_rows, 1, GL_NEAREST,
+            const auto made = makeTexture(gl, {GL_TEXTURE_2D, GL_RGBA32F, wanted_columns, wanted_rows, 1}, GL_NEAREST,
                                           GL_CLAMP_TO_EDGE);
             if (!made) return made.error();
             retired.texture(*texture);
@@ -74,8 +74,10 @@ Status LiveWater::updateCausticMap(const CausticMapOptions& o) {
     const bool periodic = w.water.outside == WaterOutside::Periodic;
     if (o.layers != w.layers || o.resolution != w.resolution || o.full_precision != w.full_precision ||
         periodic != w.periodic_map || !w.caustics) {
-        const auto made = makeTexture(gl, GL_TEXTURE_2D_ARRAY, o.full_precision ? GL_RGBA32F : GL_RGBA16F, o.resolution,
-                                      o.resolution, o.layers, GL_LINEAR, periodic ? GL_REPEAT : GL_CLAMP_TO_EDGE);
+        const auto made = makeTexture(gl,
+                                      {GL_TEXTURE_2D_ARRAY, GLenum(o.full_precision ? GL_RGBA32F : GL_RGBA16F),
+                                       o.resolution, o.resolution, o.layers},
+                                      GL_LINEAR, periodic ? GL_REPEAT : GL_CLAMP_TO_EDGE);
         if (!made) return made.error();
         retired.texture(w.caustics);
         w.caustics = *made, w.layers = o.layers, w.resolution = o.resolution, w.full_precision = o.full_precision;

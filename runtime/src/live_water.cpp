@@ -15,8 +15,8 @@ bool finite3(const float* v) { return std::isfinite(v[0]) && std::isfinite(v[1])
 
 }  // namespace
 
-Result<GLuint> makeTexture(const GlFunctions& gl, GLenum target, GLenum format, int width, int height, int layers,
-                           GLenum filter, GLenum wrap) {
+Result<GLuint> makeTexture(const GlFunctions& gl, const TextureShape& shape, GLenum filter, GLenum wrap) {
+    const auto& [target, format, width, height, layers] = shape;
     if (width > gl.largest_texture_2d || height > gl.largest_texture_2d) {
         return Error{ErrorCode::Limit, "a texture of " + std::to_string(width) + " x " + std::to_string(height) +
                                            " texels is larger than the GPU's " + std::to_string(gl.largest_texture_2d)};
@@ -94,7 +94,7 @@ Status LiveWater::setHeights(const WaterHeights& heights) {
         // Outside flat water the border's zeros are read: height and slopes of still water.
         const GLenum wrap = heights.outside == WaterOutside::Periodic ? GL_REPEAT : GL_CLAMP_TO_BORDER;
         const auto made =
-            makeTexture(w.gl, GL_TEXTURE_2D, GL_RGBA32F, heights.columns, heights.rows, 1, GL_LINEAR, wrap);
+            makeTexture(w.gl, {GL_TEXTURE_2D, GL_RGBA32F, heights.columns, heights.rows, 1}, GL_LINEAR, wrap);
         if (!made) return made.error();
         retired.texture(w.map);
         w.map = *made, w.columns = heights.columns, w.rows = heights.rows;

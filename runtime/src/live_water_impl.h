@@ -69,12 +69,19 @@ struct LiveWater::Impl {
 
     /// Traces the mesh's vertices where heights or light have changed. Inside a GlStateGuard.
     Status traceRays(Retired& retired);
+    /// Binds the indices of so many prisms, of a mesh of every `step`th vertex. Inside a GlStateGuard.
+    Status bindVolumeIndices(int volumes, int step, Retired& retired);
     /// Number of triangles of the mesh.
     int triangles() const { return 2 * (mesh_columns - 1) * (mesh_rows - 1); }
 };
 
+/// What a texture holds.
+struct TextureShape {
+    GLenum target, format;
+    int width, height, layers;
+};
+
 /// The name of a new texture, or Error{Memory} when GL says that its storage was not to be had.
-Result<GLuint> makeTexture(const GlFunctions& gl, GLenum target, GLenum format, int width, int height, int layers,
-                           GLenum filter, GLenum wrap);
+Result<GLuint> makeTexture(const GlFunctions& gl, const TextureShape& shape, GLenum filter, GLenum wrap);
 
 }  // namespace photic::runtime

@@ -153,31 +153,26 @@ NvdbGrid::Nodes NvdbGrid::checkedNodes() const {
     return nodes;
 }
 
-std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
-    const TypeLayout layout = layoutOf(type());
-    Nodes nodes = checkedNodes();
-    std::vector<NvdbLeaf> out;
-    const auto add = [&](const Int3& origin, std::uint64_t values, NvdbLeaf::Kind kind) {
-        if (out.size() >= largest_count) {
-            fail(ErrorCode::Limit,
-                 bytes_.what() + " has more than the " + std::to_string(largest_count) +
-                     " blocks of 8^3 voxels that fit the memory limit; raise LoadOptions::largest_memory, or "
-                     "export it with a --budget");
-        }
-        out.push_back({origin, values, kind});
-    };
-    const auto walkLower = [&](std::uint64_t node, const Int3& origin) {
-        eachEntry(bytes_, node, 4, [&](std::uint32_t n, bool child) {
-            const Int3 at = childOrigin(origin, n, 4, 8);
-            const std::uint64_t entry = node + layout.lower_table + n * layout.table_stride;
+namespace {
+
+/// Collects the leaves of a tree, and its tiles as leaves.
+class LeafWalk {
+public:
+    LeafWalk(const Bytes& bytes, const TypeLayout& layout, std::uint64_t largest_count)
+        : bytes_(bytes), layout_(layout), largest_count_(largest_count) {}
+
+    void walkUpper(std::uint64_t node, const Int3& origin, NodeArray& lower, NodeArray& leaves) {
+        eachEntry(bytes_, node, 5, [&](std::uint32_t n, bool child) {
+            const Int3 at = childOrigin(origin, n, 5, 128);
+            const std::uint64_t entry = node + layout_.upper_table + n * layout_.table_stride;
             if (child) {
-                add(at, enter(nodes.leaf, node, bytes_.get<std::int64_t>(entry), bytes_.what()), NvdbLeaf::Kind::Leaf);
+                walkLower(enter(lower, node, bytes_.get<std::int64_t>(entry), bytes_.what()), at, leaves);
             } else {
-                add(at, entry, NvdbLeaf::Kind::Tile);
+                addTile(at, 16, entry);
             }
         });
-    };
-    const auto addTile = [&](const Int3& origin, int leaves_a_side, std::uint64_t value) {
+    }
+    void addTile(const Int3& origin, int leaves_a_side, std::uint64_t value) {
         for (int x = 0; x < leaves_a_side; ++x) {
             for (int y = 0; y < leaves_a_side; ++y) {
                 for (int z = 0; z < leaves_a_side; ++z) {
@@ -185,19 +180,43 @@ std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
                 }
             }
         }
-    };
-    const auto walkUpper = [&](std::uint64_t node, const Int3& origin) {
-        eachEntry(bytes_, node, 5, [&](std::uint32_t n, bool child) {
-            const Int3 at = childOrigin(origin, n, 5, 128);
-            const std::uint64_t entry = node + layout.upper_table + n * layout.table_stride;
+    }
+    std::vector<NvdbLeaf> take() { return std::move(out_); }
+
+private:
+    void walkLower(std::uint64_t node, const Int3& origin, NodeArray& leaves) {
+        eachEntry(bytes_, node, 4, [&](std::uint32_t n, bool child) {
+            const Int3 at = childOrigin(origin, n, 4, 8);
+            const std::uint64_t entry = node + layout_.lower_table + n * layout_.table_stride;
             if (child) {
-                walkLower(enter(nodes.lower, node, bytes_.get<std::int64_t>(entry), bytes_.what()), at);
+                add(at, enter(leaves, node, bytes_.get<std::int64_t>(entry), bytes_.what()), NvdbLeaf::Kind::Leaf);
             } else {
-                addTile(at, 16, entry);
+                add(at, entry, NvdbLeaf::Kind::Tile);
             }
         });
-    };
+    }
+    void add(const Int3& origin, std::uint64_t values, NvdbLeaf::Kind kind) {
+        if (out_.size() >= largest_count_) {
+            fail(ErrorCode::Limit,
+                 bytes_.what() + " has more than the " + std::to_string(largest_count_) +
+                     " blocks of 8^3 voxels that fit the memory limit; raise LoadOptions::largest_memory, or "
+                     "export it with a --budget");
+        }
+        out_.push_back({origin, values, kind});
+    }
 
+    const Bytes& bytes_;
+    const TypeLayout layout_;
+    const std::uint64_t largest_count_;
+    std::vector<NvdbLeaf> out_;
+};
+
+}  // namespace
+
+std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
+    const TypeLayout layout = layoutOf(type());
+    Nodes nodes = checkedNodes();
+    LeafWalk walk(bytes_, layout, largest_count);
     std::vector<std::uint64_t> keys;
     for (std::uint64_t i = 0; i < nodes.root_tiles; ++i) {
         const std::uint64_t tile = nodes.root + layout.root_size + i * layout.root_tile_size;
@@ -213,16 +232,16 @@ std::vector<NvdbLeaf> NvdbGrid::leaves(std::uint64_t largest_count) const {
             }
         }
         if (child != 0) {
-            walkUpper(enter(nodes.upper, nodes.root, child, bytes_.what()), origin);
+            walk.walkUpper(enter(nodes.upper, nodes.root, child, bytes_.what()), origin, nodes.lower, nodes.leaf);
         } else {
-            addTile(origin, 512, tile + layout.root_tile_value);
+            walk.addTile(origin, 512, tile + layout.root_tile_value);
         }
     }
     std::sort(keys.begin(), keys.end());
     if (std::adjacent_find(keys.begin(), keys.end()) != keys.end()) {
         fail(ErrorCode::Format, bytes_.what() + ": two tiles of the root are at one place; the file is damaged");
     }
-    return out;
+    return walk.take();
 }
 
 namespace {

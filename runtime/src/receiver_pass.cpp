@@ -15,6 +15,17 @@ void setOptions(const Uniforms& uniforms, const GBuffer& surfaces, const Receive
     uniforms.set("photic_as_irradiance", options.output == ReceiverOutput::Irradiance ? 1 : 0);
 }
 
+void requireGBuffer(const GBuffer& surfaces) {
+    if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
+}
+
+/// What is drawn next is added to the target.
+void beginAdding(const GlFunctions& gl, const Target& target) {
+    bindTarget(gl, target);
+    gl.Enable(GL_BLEND);
+    gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+}
+
 }  // namespace
 
 struct ReceiverPass::Impl {
@@ -41,14 +52,12 @@ Result<ReceiverPass> ReceiverPass::create(const GpuContext& context) {
 Status ReceiverPass::draw(const GBuffer& surfaces, const Target& target, const std::vector<LitVolume>& volumes,
                           const ReceiverOptions& options) {
     return guarded([&]() -> Status {
-        if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
+        requireGBuffer(surfaces);
         const std::vector<LitVolume> lobes = allLobes(volumes);
         FullScreenPass& pass = impl_->pass;
         const GlFunctions& gl = pass.gl();
         const GlStateGuard guard(gl);
-        bindTarget(gl, target);
-        gl.Enable(GL_BLEND);
-        gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+        beginAdding(gl, target);
         for (const LitVolume& lit : lobes) {
             if (lit.weight == 0) continue;
             const Uniforms uniforms(gl, pass.programFor(*lit.volume));
@@ -78,13 +87,11 @@ Status ReceiverPass::drawLit(const GBuffer& surfaces, const Target& target, cons
         return Error{ErrorCode::Usage, "the water has no caustic map; call updateCausticMap() first"};
     }
     return guarded([&]() -> Status {
-        if (!surfaces.depth || !surfaces.normals) fail(ErrorCode::Usage, "the G-buffer lacks depth or normals");
+        requireGBuffer(surfaces);
         FullScreenPass& pass = impl_->pass;
         const GlFunctions& gl = pass.gl();
         const GlStateGuard guard(gl);
-        bindTarget(gl, target);
-        gl.Enable(GL_BLEND);
-        gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+        beginAdding(gl, target);
         const bool mapped = source == LightSource::CausticMap;
         const Uniforms uniforms(gl, pass.program({{"PHOTIC_LIGHT_SOURCE", mapped ? "1" : "2"}}));
         pass.bindGBuffer(uniforms, surfaces);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounding prisms of warped caustic volumes, drawn over a scene (Ernst et al. 2005).
 #include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "runtime/src/gl_state.h"
@@ -48,12 +50,9 @@ bool keepsWinding(const float* m, const GBuffer& surfaces) {
     return (determinant(2) < 0) != reversed;
 }
 
-}  // namespace
-
-Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
-                                    const WarpedVolumesOptions& o) {
-    Impl& w = *impl_;
-    const GlFunctions& gl = w.gl;
+/// What is wrong with what a caller gives, if anything.
+std::optional<Error> refusal(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
+                             const WarpedVolumesOptions& o) {
     if (o.step < 1) return Error{ErrorCode::Usage, "step is " + std::to_string(o.step) + "; it must be 1 or more"};
     if (!(std::fabs(o.anisotropy) < 1)) {
         return Error{ErrorCode::Usage, "anisotropy " + std::to_string(o.anisotropy) + " is not between -1 and 1"};
@@ -64,6 +63,36 @@ Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_f
     if (target.width <= 0 || target.height <= 0) {
         return Error{ErrorCode::Usage, "the target has no pixels; give it the size of its framebuffer"};
     }
+    return std::nullopt;
+}
+
+}  // namespace
+
+Status LiveWater::Impl::bindVolumeIndices(int volumes, int step, Retired& retired) {
+    if (!volume_indices || volume_step != step) {
+        const std::vector<GLuint> indices = prismIndices(volumes);
+        if (!volume_indices) gl.GenBuffers(1, &volume_indices);
+        gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, volume_indices);
+        gl.clearErrors();
+        gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(),
+                      GL_STATIC_DRAW);
+        if (gl.firstError() != GL_NO_ERROR) {
+            retired.buffer(volume_indices);
+            volume_indices = 0, volume_index_count = 0;
+            return Error{ErrorCode::Memory, "the GPU has no room for " + std::to_string(volumes) +
+                                                " volumes; use a larger step than " + std::to_string(step)};
+        }
+        volume_step = step, volume_index_count = indices.size();
+    }
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, volume_indices);
+    return Done{};
+}
+
+Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
+                                    const WarpedVolumesOptions& o) {
+    Impl& w = *impl_;
+    const GlFunctions& gl = w.gl;
+    if (std::optional<Error> wrong = refusal(surfaces, clip_from_world, target, o)) return *std::move(wrong);
     Retired retired(gl);
     {
         const GlStateGuard guard(gl);
@@ -74,22 +103,7 @@ Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_f
     bindTarget(gl, target);
     gl.BindVertexArray(w.vertex_array);
     const int volumes = 2 * ((w.mesh_columns - 1) / o.step) * ((w.mesh_rows - 1) / o.step);
-    if (!w.volume_indices || w.volume_step != o.step) {
-        const std::vector<GLuint> indices = prismIndices(volumes);
-        if (!w.volume_indices) gl.GenBuffers(1, &w.volume_indices);
-        gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, w.volume_indices);
-        gl.clearErrors();
-        gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(),
-                      GL_STATIC_DRAW);
-        if (gl.firstError() != GL_NO_ERROR) {
-            retired.buffer(w.volume_indices);
-            w.volume_indices = 0, w.volume_index_count = 0;
-            return Error{ErrorCode::Memory, "the GPU has no room for " + std::to_string(volumes) +
-                                                " volumes; use a larger step than " + std::to_string(o.step)};
-        }
-        w.volume_step = o.step, w.volume_index_count = indices.size();
-    }
-    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, w.volume_indices);
+    if (const Status bound = w.bindVolumeIndices(volumes, o.step, retired); !bound) return bound;
     gl.Enable(GL_BLEND);
     gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
     // Far sides only: every line of sight leaves a prism once, wherever the eye is.

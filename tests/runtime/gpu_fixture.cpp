@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/runtime/gpu_fixture.h"
 
+#include "tests/runtime/loaded_volume.h"
+
 namespace photic::test {
 
 using namespace runtime;
 
-Volume makeVolume(const NvdbSpec& spec) {
-    const auto bytes = makeNvdb(spec);
-    auto volume = readVolume(bytes.data(), bytes.size());
-    if (!volume) {
-        ADD_FAILURE() << volume.error().message;
-        return {};
-    }
-    return *volume;
-}
+Volume makeVolume(const NvdbSpec& spec) { return loaded(spec); }
 
 GpuVolume WithGpu::upload(const Volume& volume, const UploadOptions& options) {
     auto uploaded = GpuVolume::upload(*gpu_, volume, options);

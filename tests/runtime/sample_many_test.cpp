@@ -7,23 +7,13 @@
 #include <vector>
 
 #include "photic/runtime.h"
-#include "tests/runtime/nvdb_files.h"
+#include "tests/runtime/loaded_volume.h"
 
 namespace photic::runtime {
 namespace {
 
 using test::NvdbEncoding;
 using test::NvdbSpec;
-
-Volume load(const NvdbSpec& spec) {
-    const auto bytes = test::makeNvdb(spec);
-    auto volume = readVolume(bytes.data(), bytes.size());
-    if (!volume) {
-        ADD_FAILURE() << volume.error().message;
-        return {};
-    }
-    return *volume;
-}
 
 /// Points around and inside the volume, and some that lie nowhere.
 std::vector<Vec3> points(std::size_t count) {
@@ -72,7 +62,7 @@ TEST(SampleMany, IsTheSameAsOneByOne) {
         for (const bool coloured : {false, true}) {
             spec.coloured = coloured;
             spec.json = json;
-            expectSameAsOneByOne(load(spec));
+            expectSameAsOneByOne(test::loaded(spec));
         }
     }
     expectSameAsOneByOne(Volume());
@@ -83,13 +73,13 @@ TEST(SampleMany, WithoutDirectionsToo) {
     spec.values = test::swirl;
     spec.encoding = NvdbEncoding::Direction;
     spec.json = R"({"reference_irradiance": 500})";
-    expectSameAsOneByOne(load(spec));
+    expectSameAsOneByOne(test::loaded(spec));
 }
 
 TEST(SampleMany, OfSpansTheShortestCounts) {
     NvdbSpec spec;
     spec.values = test::swirl;
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     const std::vector<Vec3> world(10, Vec3{8, 8, 8});
     std::vector<Light> light(4);
     volume.sample(world, light);
@@ -103,7 +93,7 @@ TEST(SampleMany, OfSpansTheShortestCounts) {
 TEST(SampleMany, NormalsNeedNotBeUnit) {
     NvdbSpec spec;
     spec.values = test::swirl;
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     const Vec3 place = {7.3, 8.6, 5.1};
     const double unit = volume.irradiance(place, {0.6, 0, 0.8}).x;
     EXPECT_GT(unit, 0);

@@ -9,22 +9,12 @@
 #include <random>
 
 #include "runtime/src/half_float.h"
-#include "tests/runtime/nvdb_files.h"
+#include "tests/runtime/loaded_volume.h"
 
 namespace photic::runtime {
 namespace {
 
 using test::NvdbSpec;
-
-Volume load(const NvdbSpec& spec) {
-    const auto bytes = test::makeNvdb(spec);
-    auto volume = readVolume(bytes.data(), bytes.size());
-    if (!volume) {
-        ADD_FAILURE() << volume.error().message;
-        return {};
-    }
-    return *volume;
-}
 
 /// The uniform block, by the page's table.
 struct Parameters {
@@ -132,7 +122,7 @@ TEST(VolumeBytes, ReadBackAsThePageSays) {
         for (const char* json : {"{\"reference_irradiance\": 3}", "{\"period\": [13, 3.75, 0]}"}) {
             spec.json = json;
             spec.world_from_index[2] = json[2] == 'p' ? 0 : 0.1, spec.world_from_index[5] = json[2] == 'p' ? 0 : -0.05;
-            const Volume volume = load(spec);
+            const Volume volume = test::loaded(spec);
             for (const Layout layout : {Layout::Atlas, Layout::Dense, Layout::Buffer}) {
                 UploadOptions options;
                 options.layout = layout;
@@ -164,7 +154,7 @@ TEST(VolumeBytes, LimitsAndBudgetsHold) {
     NvdbSpec spec;
     spec.max = {63, 63, 63};
     spec.values = test::swirl;
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     UploadOptions options;
     options.largest_texture_3d = 40;
     const auto small = packVolume(volume, options);

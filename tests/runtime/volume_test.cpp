@@ -11,7 +11,7 @@
 #include "photic/runtime.h"
 #include "photic/runtime_gl.h"
 #include "runtime/src/volume_data.h"
-#include "tests/runtime/nvdb_files.h"
+#include "tests/runtime/loaded_volume.h"
 
 namespace photic::runtime {
 namespace {
@@ -19,16 +19,6 @@ namespace {
 using test::LightValues;
 using test::NvdbEncoding;
 using test::NvdbSpec;
-
-Volume load(const NvdbSpec& spec) {
-    const auto bytes = test::makeNvdb(spec);
-    auto volume = readVolume(bytes.data(), bytes.size());
-    if (!volume) {
-        ADD_FAILURE() << volume.error().message;
-        return {};
-    }
-    return *volume;
-}
 
 NvdbSpec swirlSpec(NvdbEncoding encoding, bool coloured) {
     NvdbSpec spec;
@@ -77,7 +67,7 @@ class Encodings : public testing::TestWithParam<Encoding> {};
 
 TEST_P(Encodings, SamplesAreTrilinear) {
     const NvdbSpec spec = swirlSpec(GetParam().encoding, GetParam().coloured);
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     EXPECT_EQ(volume.coloured(), GetParam().coloured);
     EXPECT_TRUE(volume.hasDirection());
     EXPECT_EQ(volume.litVoxelCount(), 26U * 15U * 21U);
@@ -110,7 +100,7 @@ TEST(Volume, VoxelCentresGiveTheVoxel) {
     NvdbSpec spec = swirlSpec(NvdbEncoding::Vec4, false);
     spec.world_from_index = {0.5, 0, 0.1, 0, 0.25, -0.05, 0, 0, 0.125};  // sheared along z
     spec.origin_world = {10, -3, 0.5};
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     for (int i = -5; i <= 20; i += 5) {
         for (int k = -11; k <= 9; k += 4) {
             const Vec3 centre = volume.voxelCentre(i, 7, k);
@@ -128,12 +118,12 @@ TEST(Volume, ReceiversGetTheFluxThroughThem) {
     NvdbSpec spec;
     spec.values = [](int, int, int) { return LightValues{0.3F, 0, -0.4F, 1.0F, 2.0F, 1.0F, 0.0F}; };
     spec.json = R"({"version": 1, "reference_irradiance": 1000})";
-    const Volume white = load(spec);
+    const Volume white = test::loaded(spec);
     EXPECT_NEAR(white.irradiance({8, 8, 8}, {0, 0, 1}).x, 400, 0.3);
     EXPECT_NEAR(white.irradiance({8, 8, 8}, {-1, 0, 0}).y, 300, 0.3);
     EXPECT_EQ(white.irradiance({8, 8, 8}, {0, 0, -1}).x, 0);
     spec.coloured = true;
-    const Vec3 e = load(spec).irradiance({8, 8, 8}, {0, 0, 1});
+    const Vec3 e = test::loaded(spec).irradiance({8, 8, 8}, {0, 0, 1});
     EXPECT_NEAR(e.x, 800, 0.6);
     EXPECT_NEAR(e.y, 400, 0.3);
     EXPECT_EQ(e.z, 0);
@@ -142,7 +132,7 @@ TEST(Volume, ReceiversGetTheFluxThroughThem) {
 TEST(Volume, InactiveVoxelsAreDark) {
     NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
     spec.active = [](int i, int j, int k) { return (i + j + k) % 3 == 0; };
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     for (int i = -5; i <= 20; ++i) {
         const double e = volume.sample({double(i), 5, 0}).irradiance.x;
         if (spec.active(i, 5, 0)) {
@@ -159,9 +149,9 @@ TEST(Volume, PackedFilesAreTheSameVolume) {
             NvdbSpec spec = swirlSpec(encoding, coloured);
             spec.active = [](int i, int j, int k) { return (i * j + k) % 5 != 0; };
             spec.json = R"({"reference_irradiance": 800, "period": [26, 0, 0]})";
-            const Volume plain = load(spec);
+            const Volume plain = test::loaded(spec);
             spec.packing = test::NvdbPacking::Blosc;
-            const Volume packed = load(spec);
+            const Volume packed = test::loaded(spec);
             EXPECT_EQ(packed.data().light, plain.data().light);
             EXPECT_EQ(packed.data().rgb, plain.data().rgb);
             EXPECT_EQ(packed.data().pages, plain.data().pages);
@@ -178,10 +168,10 @@ TEST(Volume, PackedFilesAreNotMuchLargerThanInMemory) {
     NvdbSpec spec = swirlSpec(NvdbEncoding::Fp16, false);
     spec.max = {100, 90, 70};
     spec.packing = test::NvdbPacking::Blosc;
-    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(load(spec).bytes()));
+    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(test::loaded(spec).bytes()));
     // A floor's band: nearly all of the trees is empty.
     spec.active = [](int, int, int k) { return k == 3 || k == 4; };
-    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(load(spec).bytes()));
+    EXPECT_LT(static_cast<double>(test::makeNvdb(spec).size()), 1.3 * static_cast<double>(test::loaded(spec).bytes()));
 }
 
 TEST(Volume, UnpackingIsBounded) {
@@ -206,7 +196,7 @@ TEST(Volume, ZippedFilesAreRefusedByName) {
 }
 
 TEST(Volume, PointsFarAwayAndNotANumberAreDark) {
-    const Volume volume = load(swirlSpec(NvdbEncoding::Vec4, false));
+    const Volume volume = test::loaded(swirlSpec(NvdbEncoding::Vec4, false));
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     for (const double far : {1e6, -1e12, 1e300, inf, -inf, nan}) {
         EXPECT_EQ(volume.sample({far, 0, 0}).irradiance.x, 0) << far;
@@ -232,7 +222,7 @@ TEST(Volume, BadValuesAreRepairedAndCounted) {
                 return {0, 0, -1, 1};
         }
     };
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     EXPECT_EQ(volume.repairedValues(), 256U * 5U);
     EXPECT_EQ(volume.sample({1, 8, 8}).irradiance.x, 0);
     EXPECT_EQ(volume.sample({2, 8, 8}).flux.x, 0);
@@ -246,7 +236,7 @@ TEST(Volume, MetadataAreRead) {
     spec.json = R"({ "version": 1, "paths": "all", "reference_irradiance": 12.5, "ior": 1.333, "frame": 7,
         "scattering": [0.1, 0.2, 0.3], "absorption": 0.05, "anisotropy": 0.8, "up_axis": "Z",
         "ledger": {"power": [1, {"a": "}\""}], "ok": true}, "unknown": null } )";
-    const Metadata m = load(spec).metadata();
+    const Metadata m = test::loaded(spec).metadata();
     EXPECT_EQ(m.reference_irradiance, 12.5);
     EXPECT_EQ(m.ior, 1.333);
     EXPECT_EQ(m.frame, 7);
@@ -262,18 +252,18 @@ TEST(Volume, TheMediumEndsAtTheWater) {
     spec.origin_world = {0, 0, 1};
     // Not said: below the highest of the voxels with light, 9 and a half in index.
     spec.json = R"({"scattering": 0.1})";
-    const Metadata unknown = load(spec).metadata();
+    const Metadata unknown = test::loaded(spec).metadata();
     EXPECT_DOUBLE_EQ(unknown.surface[3], 1 + 9.5 * 0.25);
     EXPECT_FLOAT_EQ(mediumOf(unknown).surface[2], 1);
     EXPECT_FLOAT_EQ(mediumOf(unknown).surface[3], 1 + 9.5 * 0.25);
     spec.json = R"({"scattering": 0.1, "water_level": 2.75, "scene_hash": "0123456789abcdef"})";
-    const Metadata known = load(spec).metadata();
+    const Metadata known = test::loaded(spec).metadata();
     EXPECT_EQ(known.surface[3], 2.75);
     EXPECT_FLOAT_EQ(mediumOf(known).surface[3], 2.75F);
     EXPECT_EQ(known.scene_hash, "0123456789abcdef");
     spec.json = R"({"water_level": 2, "up_axis": "Y"})";
-    EXPECT_EQ(load(spec).metadata().surface[1], 1);
-    EXPECT_EQ(load(spec).metadata().surface[2], 0);
+    EXPECT_EQ(test::loaded(spec).metadata().surface[1], 1);
+    EXPECT_EQ(test::loaded(spec).metadata().surface[2], 0);
     // Of darkness nothing is known: everywhere, as MediumOptions has it.
     EXPECT_FLOAT_EQ(mediumOf(Volume().metadata()).surface[2], 0);
 }
@@ -282,7 +272,7 @@ TEST(Volume, PeriodicLightRepeats) {
     NvdbSpec spec = swirlSpec(NvdbEncoding::Vec4, false);  // 26 x 15 x 21 voxels
     spec.world_from_index = {0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1};
     spec.json = R"({"period": [2.6, 1.5, 0]})";
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     std::mt19937 random(2);
     std::uniform_real_distribution<double> unit(0, 1);
     for (int n = 0; n < 2000; ++n) {
@@ -330,7 +320,7 @@ TEST(Volume, MemoryIsWhatItSays) {
     spec.min = {0, 0, 0};
     spec.max = {63, 63, 63};
     spec.values = test::swirl;
-    const Volume volume = load(spec);
+    const Volume volume = test::loaded(spec);
     const double per_voxel = static_cast<double>(volume.bytes()) / static_cast<double>(volume.litVoxelCount());
     EXPECT_GT(per_voxel, 8.0);
     EXPECT_LT(per_voxel, 8.05);
