@@ -1,12 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # photic_precompile(TARGET): the standard library's, glm's and, for tests, GoogleTest's headers are half of what the
-# compiler does. They are read once for all rooms and once for all tests. With a compiler launcher (ccache) they are not:
-# it could not tell what has changed, and shows that every file includes what it uses.
-if(CMAKE_CXX_COMPILER_LAUNCHER)
-  option(PHOTIC_PRECOMPILED_HEADERS "Precompile other people's headers" OFF)
-else()
-  option(PHOTIC_PRECOMPILED_HEADERS "Precompile other people's headers" ON)
-endif()
+# compiler does. With PHOTIC_PRECOMPILED_HEADERS they are read once for all rooms and once for all tests. Not together with
+# ccache, which could not tell what has changed.
+option(PHOTIC_PRECOMPILED_HEADERS "Precompile other people's headers" OFF)
 
 set(PHOTIC_COMMON_HEADERS <algorithm> <array> <atomic> <cmath> <cstdint> <cstring> <functional> <limits> <map> <memory>
   <optional> <span> <string> <string_view> <utility> <vector> <glm/glm.hpp>)
