@@ -22,10 +22,6 @@ constexpr double kFaintest = 1.0 / 256;
 // Tubes that stay outside of the grid are divided down to this [voxels].
 constexpr double kWideOutside = 1;
 
-// Where nothing but the sheet that is lit could send light back, tubes are divided down to one over this of their
-// distance from the grid: a sea of 400 m around a pool would be divided for minutes.
-constexpr double kFarOutside = 8;
-
 // Where light is launched across its rays, empty space is searched for the surface as finely as this [voxels].
 constexpr double kWideEmpty = 1;
 
@@ -74,9 +70,9 @@ double PathComparison::width(const Path& a, const Path& b) const {
     return isLost(a) || isLost(b) ? entryWidth(a, b) : largest(frame_.indexDirection(a.position - b.position));
 }
 
-bool PathComparison::missesGrid(const Path& a, const Path& b, double widths) const {
+bool PathComparison::missesGrid(const Path& a, const Path& b) const {
     if (isLost(a) && isLost(b)) return false;
-    const double margin = 1 + widths * width(a, b);
+    const double margin = 1 + width(a, b);
     bool below[3] = {true, true, true}, above[3] = {true, true, true};
     for (const Path* path : {&a, &b}) {
         if (isLost(*path)) continue;  // lays nothing
@@ -188,11 +184,6 @@ bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
     return width <= options_.silhouette && !(options_.tolerance > 0 && compare_.fansOut(a, b));
 }
 
-bool Refiner::isLoneSheet() const {
-    const Surface& lit = tracer_.surface();
-    return lit.mesh && !lit.closed && tracer_.optics().scene().surfaces.size() == 1;
-}
-
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
     if (width <= options_.silhouette) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
@@ -206,7 +197,6 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     }
     // Where nothing is laid, light is followed only as well as it must be to come back.
     if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
-    if (isLoneSheet() && compare_.missesGrid(a, b, kFarOutside)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
         return width > kWideSeam || !compare_.differByTheNextSurface(a, b, m);
     if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;

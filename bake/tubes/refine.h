@@ -58,8 +58,7 @@ public:
     /// The same in the parameters of the launch: of a height field the width of the water beneath, without its height.
     double launchWidth(const Path& a, const Path& b) const;
     /// Whether both last legs, and what is as far beside them as they are apart, stay outside of the grid.
-    /// @param widths  as far as that many times
-    bool missesGrid(const Path& a, const Path& b, double widths = 1) const;
+    bool missesGrid(const Path& a, const Path& b) const;
     /// The larger share of the emitted power that either brings to its last leg; 1 before the first surface.
     double share(const Path& a, const Path& b) const;
     /// About what a tube of this edge carries, as a share of the unfocused light on a voxel's face.
@@ -108,7 +107,6 @@ private:
     const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
     double leastPower() const;
     bool isFineEnough(const Path& a, const Path& b, double width) const;
-    bool isLoneSheet() const;
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);

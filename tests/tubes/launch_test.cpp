@@ -147,36 +147,5 @@ TEST(Launch, MeshesEnterTriangleByTriangle) {
     EXPECT_LT(out.totals.power.imbalance(), 1e-12);
 }
 
-// Waves of a sheet stand between its own paths from the light, far beside the grid too, where that is nobody's concern.
-TEST(Launch, AWideSheetCostsLittleMoreThanWhatIsOverTheGrid) {
-    const auto sheet = [](int cells, double cell) {
-        TriangleMesh mesh;
-        for (int j = 0; j <= cells; ++j)
-            for (int i = 0; i <= cells; ++i) {
-                const double x = (i - 0.5 * cells) * cell, y = (j - 0.5 * cells) * cell;
-                mesh.positions.emplace_back(x, y, 0.1 * cell * std::sin(2 * x / cell) * std::cos(y / cell));
-                mesh.normals.emplace_back(0, 0, 1);
-            }
-        for (int j = 0; j < cells; ++j)
-            for (int i = 0; i < cells; ++i) {
-                const auto at = [&](int x, int y) { return static_cast<std::uint32_t>(y * (cells + 1) + x); };
-                mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-                mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-            }
-        return std::make_shared<const TriangleMesh>(std::move(mesh));
-    };
-    std::int64_t rays[2];
-    for (const int wide : {0, 1}) {
-        WaterScene water;
-        water.scene.surfaces[0].height_field = nullptr;
-        water.scene.surfaces[0].mesh = sheet(16, wide ? 2.0 : 0.125);
-        const Launched out = launched(water, {}, true);
-        EXPECT_LT(out.totals.power.imbalance(), 1e-12);
-        EXPECT_GT(out.power, 0);
-        rays[wide] = out.totals.corner_rays;
-    }
-    EXPECT_LT(rays[1], 4 * rays[0] + 20000);
-}
-
 }  // namespace
 }  // namespace photic
