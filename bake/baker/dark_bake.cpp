@@ -13,7 +13,7 @@ struct Way {
     const char* words;  ///< completes "98 % of it ..."
 };
 
-// Where light can go without lighting a voxel, and what that asks for.
+// Where light can go without lighting a voxel, and what would help.
 constexpr std::array<Way, 5> kWays{{
     {&PowerLedger::absorbed_surface,
      "ends on objects before it meets a surface (move them, or give role = \"movable\", which blocks nothing)"},

@@ -32,10 +32,11 @@ void noteEightBits(HeightMap& map) {
         const int steps = 1 << bits;
         if (!inSteps(map.values, steps - 1) && !inSteps(map.values, 65535.0 / (65536 >> bits))) continue;
         constexpr double kOfEightBits = 11;  // [%]
+        const double off = kOfEightBits * 256 / steps;
         map.flaws.push_back(fmt::format(
             "has the {} heights of a picture of {} bits, stored in a larger type: its steps will be seen as "
-            "caustics (slopes are off by about {:.1g} %); make it anew with 16 bits or floats",
-            steps, bits, kOfEightBits * 256 / steps));
+            "caustics (slopes are off by about {} %); make it anew with 16 bits or floats",
+            steps, bits, off < 1 ? fmt::format("{:.1f}", off) : fmt::format("{:.0f}", off)));
         return;
     }
 }

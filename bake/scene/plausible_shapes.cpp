@@ -60,8 +60,8 @@ void otherUnits(const Scene& scene, const Object& object, Warnings& out) {
     if (object.receives() && std::max({bounds.size().x, bounds.size().y, bounds.size().z}) < voxel)
         out.push_back(
             fmt::format("the receiver '{}' is {} large, less than a voxel of {:.3g} m: its light is that of "
-                        "what lies around it; {}",
-                        object.name, bounds.inWords(), voxel, "use a smaller voxel_size, or give a larger scale"));
+                        "what lies around it; use a smaller voxel_size, or give a larger scale",
+                        object.name, bounds.inWords(), voxel));
     if (glm::all(glm::greaterThan(bounds.size(), kLarge * box)))
         out.push_back(fmt::format("the object '{}' is {} large, around a domain of {:.3g} x {:.3g} x {:.3g} m: {}",
                                   object.name, bounds.inWords(), box.x, box.y, box.z, kUnits));
