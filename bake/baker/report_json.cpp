@@ -53,21 +53,27 @@ Json toJson(const BakeReport& report) {
     for (const auto& [stage, time] : report.seconds) seconds[stage] = seconds.value(stage, 0.0) + time;
     Json receivers = Json::array();
     for (const ReceiverError& error : report.receivers) receivers.push_back(toJson(error));
-    return {{"power", toJson(report.power)},
-            {"path", toJson(report.path)},
-            {"reference_irradiance", report.reference_irradiance},
-            {"tubes", report.tubes},
-            {"corner_rays", report.corner_rays},
-            {"needed_voxels", report.needed_voxels},
-            {"active_voxels", report.active_voxels},
-            {"field_bytes", report.field_bytes},
-            {"instruction_set", report.instruction_set},
-            {"threads", report.threads},
-            {"seconds", seconds},
-            {"skipped", report.skipped},
-            {"receivers", receivers},
-            {"advice", report.advice},
-            {"warnings", report.warnings}};
+    Json json{{"power", toJson(report.power)},
+              {"path", toJson(report.path)},
+              {"reference_irradiance", report.reference_irradiance},
+              {"tubes", report.tubes},
+              {"corner_rays", report.corner_rays},
+              {"needed_voxels", report.needed_voxels},
+              {"active_voxels", report.active_voxels},
+              {"field_bytes", report.field_bytes},
+              {"instruction_set", report.instruction_set},
+              {"threads", report.threads},
+              {"seconds", seconds},
+              {"skipped", report.skipped},
+              {"receivers", receivers},
+              {"advice", report.advice},
+              {"warnings", report.warnings}};
+    if (report.arrivals)
+        json["arrivals"] = {{"several", report.arrivals->several},
+                            {"strongest", report.arrivals->strongest},
+                            {"left_out", report.arrivals->left_out},
+                            {"rmse", report.arrivals->rmse}};
+    return json;
 }
 
 std::string receiverErrorsText(const std::vector<ReceiverError>& errors) {

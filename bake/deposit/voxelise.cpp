@@ -10,25 +10,13 @@
 #include <span>
 
 #include "bake/deposit/constant_tile.h"
+#include "bake/deposit/gauss_points.h"
 #include "bake/deposit/slabs.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/bent_rows.h"
 
 namespace photic {
 namespace {
-
-// Gauss-Legendre points and weights on [0, 1].
-struct GaussRule {
-    std::vector<std::pair<double, double>> points;
-};
-GaussRule gaussRule(int count) {
-    if (count == 1) return {{{0.5, 1.0}}};
-    if (count == 2) return {{{0.21132486540518712, 0.5}, {0.78867513459481288, 0.5}}};
-    return {{{0.069431844202973712, 0.17392742256872693},
-             {0.33000947820757187, 0.32607257743127307},
-             {0.66999052179242813, 0.32607257743127307},
-             {0.93056815579702629, 0.17392742256872693}}};
-}
 
 // Where a block's tubes lie in a slab: columns and rows from the frame's first, which single precision holds however
 // far from the origin the frame is; upper ends exclusive in the sense of floats.
@@ -91,7 +79,7 @@ public:
           field_(field),
           options_(options),
           axes_(axesFor(set.axis)),
-          rule_(gaussRule(options.quadrature ? options.quadrature : pointsAcrossLayer(set))),
+          rule_(gaussPoints(options.quadrature ? options.quadrature : pointsAcrossLayer(set))),
           scale_(static_cast<float>(1.0 / field.frame().voxelVolume())) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
@@ -219,7 +207,7 @@ private:
         const TileKernels kernels =
             tileKernels(options_.instruction_set, sums.lanes, irradiance, field_.channels().flux);
         const int count = static_cast<int>(blocks.size());
-        for (const auto& [offset, weight] : rule_.points) {
+        for (const auto& [offset, weight] : rule_) {
             sums.layer_offset = offset, sums.layer_weight = static_cast<float>(weight);
             if (options_.kernel == DepositKernel::Scalar) {
                 sums.running = false;
@@ -359,7 +347,7 @@ private:
     LightField& field_;
     const VoxeliseOptions& options_;
     std::array<int, 3> axes_;
-    GaussRule rule_;
+    std::vector<LayerPoint> rule_;
     float scale_;
     std::vector<std::vector<std::vector<Bounds>>> bounds_;  // group, slab, block
 };

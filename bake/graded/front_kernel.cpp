@@ -9,7 +9,7 @@ PHOTIC_PER_SET(void marchFront(const FrontMarch&, FrontRays&, std::size_t, std::
 
 FrontKernel frontKernel() { return PHOTIC_CHOOSE(bestInstructionSet(), marchFront); }
 
-void FrontRays::resize(std::size_t rays, bool attenuated) {
+void FrontRays::resize(std::size_t rays, bool attenuated, bool timed) {
     constexpr std::size_t kWidest = 16;
     count = rays;
     const std::size_t room = (rays + kWidest - 1) / kWidest * kWidest;
@@ -17,6 +17,7 @@ void FrontRays::resize(std::size_t rays, bool attenuated) {
     pw.resize(room, 1.0f);
     stopped.resize(room, -1);
     for (auto& channel : depth) channel.resize(attenuated ? room : 0, 0.0f);
+    time.resize(timed ? room : 0, 0.0f);
 }
 
 }  // namespace photic

@@ -23,10 +23,11 @@ struct FrontRays {
     std::vector<float> pu, pv, pw;     ///< momentum, as long as n; pw > 0 along the light
     std::vector<float> lit;            ///< 1 once the ray has been where the index is not the air's
     std::vector<float> depth[3];       ///< optical depth so far, per channel; empty without attenuation
+    std::vector<float> time;           ///< optical path so far [m], from any place; empty where nobody asks for it
     std::vector<std::int8_t> stopped;  ///< lane in which the ray was found to turn away; -1: not yet
 
     std::size_t size() const { return count; }
-    void resize(std::size_t rays, bool attenuated);
+    void resize(std::size_t rays, bool attenuated, bool timed = false);
     std::size_t count = 0;
 };
 

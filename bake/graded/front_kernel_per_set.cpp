@@ -65,7 +65,7 @@ Force forceAt(const IndexSlices& slices, std::size_t step, V u, V v) {
 
 /// A register of rays.
 struct Group {
-    V u, v, w, pu, pv, pw, lit, depth[3], moving;
+    V u, v, w, pu, pv, pw, lit, depth[3], time, moving;
 };
 
 /// Adds what a step of `length` [m] in the media at its middle takes.
@@ -110,6 +110,7 @@ V advance(const FrontMarch& march, std::size_t step, float target, Group& ray) {
     ray.lit = most(ray.lit, in_medium * goes * (height > zero ? one : zero));
     if (march.media && march.media->of_node)
         attenuate(march, middle_u, middle_v, target - 0.5f * sense * share, squareRoot(square) * whole * goes, ray);
+    ray.time = ray.time + 2.0f * f.value * whole * goes;  // dT = n^2 ds
     ray.u = stops > zero ? ray.u : middle_u + per_u * pu * second;
     ray.v = stops > zero ? ray.v : middle_v + per_v * pv * second;
     const V steps = goes * (height > zero ? one : zero);
@@ -119,7 +120,7 @@ V advance(const FrontMarch& march, std::size_t step, float target, Group& ray) {
 }
 
 /// What a lane's rows hold after its layer.
-void writeRows(const FrontMarch& march, const Group& ray, float plane, V (*rows)[kLayers], int lane) {
+void writeRows(const FrontMarch& march, const Group& ray, float plane, bool timed, V (*rows)[kLayers], int lane) {
     const float sense = static_cast<float>(march.sense);
     const V slope_u = sense * (march.voxel[2] / march.voxel[0]) * ray.pu / ray.pw,
             slope_v = sense * (march.voxel[2] / march.voxel[1]) * ray.pv / ray.pw;
@@ -128,24 +129,34 @@ void writeRows(const FrontMarch& march, const Group& ray, float plane, V (*rows)
     rows[kU][lane] = ray.u + slope_u * before, rows[kV][lane] = ray.v + slope_v * before;
     rows[kSlopeU][lane] = slope_u, rows[kSlopeV][lane] = slope_v;
     rows[kLit][lane] = ray.lit;
-    rows[kMomentum][lane] = squareRoot(ray.pu * ray.pu + ray.pv * ray.pv + ray.pw * ray.pw);
+    const V square = ray.pu * ray.pu + ray.pv * ray.pv + ray.pw * ray.pw;
+    rows[kMomentum][lane] = squareRoot(square);
     for (int k = 0; k < march.channels; ++k) rows[kLeft + k][lane] = exponential<V>(-ray.depth[k]);
+    if (timed) rows[kLeft + march.channels][lane] = ray.time + (sense * march.voxel[2]) * before * square / ray.pw;
 }
 
 }  // namespace
 
 void marchFront(const FrontMarch& march, FrontRays& rays, std::size_t first, std::size_t count, float* rows,
                 std::size_t stride) {
-    const int per_layer = march.slices->steps, kinds = kLeft + march.channels;
-    const bool attenuates = !rays.depth[0].empty();
+    const bool attenuates = !rays.depth[0].empty(), timed = !rays.time.empty();
+    const int per_layer = march.slices->steps, kinds = kLeft + march.channels + (timed ? 1 : 0);
     for (std::size_t from = first; from < first + count; from += kWidth) {
-        Group ray{load<V>(&rays.u[from]),  load<V>(&rays.v[from]),  load<V>(&rays.w[from]),   load<V>(&rays.pu[from]),
-                  load<V>(&rays.pv[from]), load<V>(&rays.pw[from]), load<V>(&rays.lit[from]), {},
+        Group ray{load<V>(&rays.u[from]),
+                  load<V>(&rays.v[from]),
+                  load<V>(&rays.w[from]),
+                  load<V>(&rays.pu[from]),
+                  load<V>(&rays.pv[from]),
+                  load<V>(&rays.pw[from]),
+                  load<V>(&rays.lit[from]),
+                  {},
+                  {},
                   splat<V>(1.0f)};
         for (int k = 0; k < march.channels && attenuates; ++k) ray.depth[k] = load<V>(&rays.depth[k][from]);
+        if (timed) ray.time = load<V>(&rays.time[from]);
         for (int l = 0; l < kWidth; ++l)
             ray.moving[l] = rays.stopped[from + static_cast<std::size_t>(l)] < 0 ? 1.0f : 0.0f;
-        V table[kLeft + 3][kLayers] = {};
+        V table[kLeft + 4][kLayers] = {};
         for (int i = 0; i < march.layers; ++i) {
             const int lane = march.sense > 0 ? i : march.layers - 1 - i;
             const float plane = static_cast<float>(march.first_w + lane);
@@ -159,12 +170,13 @@ void marchFront(const FrontMarch& march, FrontRays& rays, std::size_t first, std
                         rays.stopped[from + static_cast<std::size_t>(l)] = static_cast<std::int8_t>(lane),
                                             ray.moving[l] = 0;
             }
-            writeRows(march, ray, plane, table, lane);
+            writeRows(march, ray, plane, timed, table, lane);
         }
         store(&rays.u[from], ray.u), store(&rays.v[from], ray.v), store(&rays.w[from], ray.w);
         store(&rays.pu[from], ray.pu), store(&rays.pv[from], ray.pv), store(&rays.pw[from], ray.pw);
         store(&rays.lit[from], ray.lit);
         for (int k = 0; k < march.channels && attenuates; ++k) store(&rays.depth[k][from], ray.depth[k]);
+        if (timed) store(&rays.time[from], ray.time);
         if (!rows) continue;
         for (int kind = 0; kind < kinds; ++kind)
             for (int lane = march.layers; lane < kLayers; ++lane) table[kind][lane] = table[kind][march.layers - 1];

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "bake/methods/graded_space.h"
 #include "bake/methods/method_options.h"
@@ -11,6 +13,7 @@
 #include "bake/paths/emission.h"
 #include "bake/report/error.h"
 #include "bake/report/stopwatch.h"
+#include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
@@ -30,6 +33,10 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
             {{"auto", WavefrontSpline::Auto}, {"through", WavefrontSpline::Through}, {"plain", WavefrontSpline::Plain}},
             "how samples of the index become smooth: through them, or blurred by 0.58 voxel, which never rings "
             "at jumps; auto goes through smooth ones"),
+        bindOption("arrivals", &WavefrontOptions::arrivals,
+                   {{"all", WavefrontArrivals::All}, {"strongest", WavefrontArrivals::Strongest}},
+                   "light that a voxel keeps: all that comes, or only that of the arrival that brings most, as the "
+                   "paper does; the report then says what that leaves out"),
     };
     return bindings;
 }
@@ -75,16 +82,26 @@ public:
         const double share = 1.0 / (passes * static_cast<double>(samples.size()));
         double done = 0;
         for (int channel = 0; channel < passes; ++channel) {
+            if (options_.arrivals == WavefrontArrivals::Strongest)
+                strongest_.emplace(field.neededPtr(), field.channels());
             const Stopwatch watch;
             if (channel == 0) monitor_.progress("index", 0);
             medium_.sample(channel, monitor_);
             if (channel == 0) monitor_.progress("index", 1);
             index_seconds_ += watch.seconds();
             for (const auto& [light, sample] : samples) {
+                if (strongest_) strongest_->beginLight();
                 addSample(*light, sample, channel, {done, share}, field);
                 done += share;
             }
+            if (strongest_) takeStrongest(field);
         }
+    }
+    /// The `arrival_time` grid: of green light where the media disperse.
+    void askForArrivalTime(const std::shared_ptr<const NeededVoxels>& needed) { first_.emplace(needed); }
+    std::optional<LightField> takeArrivalTime() {
+        if (!first_) return {};
+        return first_->take();
     }
 
     void report(BakeReport& out, const LightField& field) {
@@ -92,7 +109,8 @@ public:
         const int channels = field.channels().irradiance;
         for (int c = 0; c < channels; ++c) sum += field.sum(c) / channels;
         out.power = totals_.power;
-        out.path = {sum * frame_.voxelVolume(), totals_.deposit.expected};
+        out.path = {sum * frame_.voxelVolume(), totals_.deposit.expected - left_out_};
+        if (options_.arrivals == WavefrontArrivals::Strongest) out.arrivals = arrivalShares();
         out.tubes = totals_.tubes, out.corner_rays = totals_.rays;
         out.instruction_set = name(voxelise_.instruction_set);
         out.seconds.emplace_back("index", index_seconds_);
@@ -116,6 +134,34 @@ public:
     const GradedSpace& medium() const { return medium_; }
 
 private:
+    /// Of a pass: the field's own where there is one pass for all channels.
+    void takeStrongest(LightField& field) {
+        sums_.add(strongest_->sums(voxelise_.noise_floor / medium_.passes()));
+        left_out_ += strongest_->leftOut();
+        LightField light = strongest_->take();
+        strongest_.reset();
+        if (medium_.passes() == 1) {
+            field = std::move(light);
+            return;
+        }
+        parallelFor(light.leafCount(), [&](std::int64_t i) {
+            const int slot = static_cast<int>(i);
+            if (light.state(slot) == LeafState::Empty) return;
+            float* to = field.makeDense(slot);
+            const float* from = light.dense(slot);
+            for (int v = 0; v < field.channels().count() * LightField::kLeafVoxels; ++v) to[v] += from[v];
+        });
+    }
+
+    ArrivalShares arrivalShares() const {
+        ArrivalShares shares;
+        if (sums_.lit > 0) shares.several = sums_.several / sums_.lit;
+        if (sums_.several > 0) shares.strongest = sums_.strongest_shares / sums_.several;
+        if (sums_.all > 0) shares.left_out = (sums_.all - sums_.strongest) / sums_.all;
+        if (sums_.all_squares > 0) shares.rmse = std::sqrt(sums_.left_out_squares / sums_.all_squares);
+        return shares;
+    }
+
     static SplineFit fitOf(const WavefrontOptions& options) {
         return options.spline == WavefrontSpline::Auto      ? SplineFit::Auto
                : options.spline == WavefrontSpline::Through ? SplineFit::Through
@@ -168,7 +214,10 @@ private:
             tube.power *= channels;
             totals_.power.emitted += (tube.power.x + tube.power.y + tube.power.z) / 3;
         }
-        FrontSweep sweep(medium_.space(), field, voxelise_, totals_, progress);
+        FrontSinks sinks;
+        if (strongest_) sinks.strongest = &*strongest_;
+        if (first_ && channel == (medium_.passes() > 1 ? 1 : 0)) sinks.first = &*first_;
+        FrontSweep sweep(medium_.space(), field, voxelise_, totals_, progress, sinks);
         Part of_turn{part.from, 0.7 * part.share};  // the fronts that turned away are fewer and fewer
         for (int turn = 0; turn <= options_.turns && !fronts.empty(); ++turn) {
             std::vector<Front> next;
@@ -194,6 +243,10 @@ private:
     static constexpr std::uint32_t kGone = 0xffffffff;
     SweepTotals totals_;
     double index_seconds_ = 0;
+    std::optional<StrongestArrival> strongest_;  // of a pass
+    std::optional<FirstArrival> first_;
+    ArrivalSums sums_;
+    double left_out_ = 0;  // [W m]
 };
 
 std::string wavefrontRefusal(const Scene& scene) {
@@ -258,13 +311,20 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
             }
     WavefrontBake bake(scene, options, needed->frame(), monitor);
     LightField field(needed, channels);
+    if (scene.bake.grids.arrival_time) bake.askForArrivalTime(needed);
     bake.run(field);
     bake.report(report, field);
     if (const std::string faces = bake.medium().faces(); !faces.empty()) report.skipped.push_back(faces);
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticBesideMedia(scene, field);
-    BakeResult result{std::move(field), std::move(report), {}, {}, std::move(caustic), {}, {}};
+    BakeResult result{std::move(field), std::move(report), {}, {}, std::move(caustic), bake.takeArrivalTime(), {}};
     result.metadata["spline"] = bake.medium().splineName();
+    if (const std::optional<ArrivalShares>& arrivals = result.report.arrivals) {
+        result.metadata["arrivals"] = "strongest";
+        result.metadata["several_arrivals"] = fmt::format("{:.4f}", arrivals->several);
+        result.metadata["strongest_share"] = fmt::format("{:.4f}", arrivals->strongest);
+        result.metadata["left_out"] = fmt::format("{:.4f}", arrivals->left_out);
+    }
     return result;
 }
 
@@ -273,7 +333,7 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
 Method wavefrontMethod() {
     return {"wavefront",
             "Fronts through media whose index varies: lenses without faces, hot air, salt; exact in energy",
-            {"irradiance", "direction", "caustic"},
+            {"irradiance", "direction", "caustic", "arrival_time"},
             optionSpecs<WavefrontOptions>(wavefrontOptions()),
             wavefrontRefusal,
             wavefrontCost,

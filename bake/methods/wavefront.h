@@ -8,6 +8,9 @@ namespace photic {
 /// How the samples of an index become a spline (bake/graded/spline_index.h).
 enum class WavefrontSpline { Auto, Through, Plain };
 
+/// Which light a voxel keeps that several pieces of a front pass through (bake/deposit/strongest_arrival.h).
+enum class WavefrontArrivals { All, Strongest };
+
 /// [bake.wavefront]
 struct WavefrontOptions {
     double spacing = 1;    ///< [voxels] between the rays of a front where it starts
@@ -15,6 +18,7 @@ struct WavefrontOptions {
     int disc_samples = 1;  ///< directions on the sun's disc; 1: a point sun
     int turns = 12;        ///< times that light may change the axis along which it is followed
     WavefrontSpline spline = WavefrontSpline::Auto;
+    WavefrontArrivals arrivals = WavefrontArrivals::All;
 };
 
 /// The row of the catalogue: fronts of light through media whose index varies, marched plane by plane into the kernel

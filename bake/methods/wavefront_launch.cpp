@@ -64,6 +64,7 @@ Front::Ray LaunchPlane::rayAt(const glm::dvec2& uv) const {
     constexpr double kLeast = 1e-6;
     ray.momentum[axis_] = sense_ * std::sqrt(std::max(square - across, kLeast));
     ray.lit = launch_.lit || launch_.in_medium(world);
+    ray.time = sample_.source ? glm::distance(world, *sample_.source) : glm::dot(direction, world);
     return ray;
 }
 
@@ -147,8 +148,8 @@ Front launchFront(const FrontLaunch& launch, const Light& light, const LightSamp
         for (int cell = 0; cell < kBlock * kBlock; ++cell) {
             const int i = block % blocks.x * kBlock + cell % kBlock, j = block / blocks.x * kBlock + cell / kBlock;
             const glm::dvec2 a = place(i, j), b = place(i + 1, j), c = place(i + 1, j + 1), d = place(i, j + 1);
-            front.tubes.push_back({{id(i, j), id(i + 1, j), id(i + 1, j + 1)}, plane.power(a, b, c)});
-            front.tubes.push_back({{id(i, j), id(i + 1, j + 1), id(i, j + 1)}, plane.power(a, c, d)});
+            front.tubes.push_back({{id(i, j), id(i + 1, j), id(i + 1, j + 1)}, plane.power(a, b, c), 0, {i, j}});
+            front.tubes.push_back({{id(i, j), id(i + 1, j + 1), id(i, j + 1)}, plane.power(a, c, d), 0, {i, j}});
         }
     return front;
 }
@@ -180,7 +181,10 @@ Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Fro
                             bc = middleOf(b, c), ca = middleOf(c, a);
         const std::uint32_t parts[4][3] = {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}};
         for (const auto& p : parts)
-            out.tubes.push_back({{p[0], p[1], p[2]}, plane.power(placeOf(p[0]), placeOf(p[1]), placeOf(p[2]))});
+            out.tubes.push_back({{p[0], p[1], p[2]},
+                                 plane.power(placeOf(p[0]), placeOf(p[1]), placeOf(p[2])),
+                                 0,
+                                 front.tubes[tube].cell});
     }
     return out;
 }

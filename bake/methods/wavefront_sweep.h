@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "bake/deposit/first_arrival.h"
+#include "bake/deposit/strongest_arrival.h"
 #include "bake/deposit/voxelise.h"
 #include "bake/field/light_field.h"
 #include "bake/graded/index_slices.h"
@@ -20,11 +22,13 @@ struct Front {
         glm::dvec3 voxel{0};     ///< where it starts, in index space
         glm::dvec3 momentum{0};  ///< along the ray, as long as n; world
         bool lit = false;        ///< it has been in a medium
+        double time = 0;         ///< optical path so far [m]
     };
     struct Tube {
         std::uint32_t ray[3] = {0, 0, 0};
         glm::dvec3 power{0};       ///< at the start, per channel [W]
         std::uint32_t source = 0;  ///< which tube of the launched front it comes from; findLost sets it
+        glm::ivec2 cell{0};        ///< of the launched front's, that it comes from
     };
     int axis = 2, sense = -1;
     std::vector<Ray> rays;
@@ -53,13 +57,19 @@ struct SweepTotals {
     double trace_seconds = 0, deposit_seconds = 0;
 };
 
+/// What takes a front's light besides, or instead of, the field that sums it; null: nobody asks.
+struct FrontSinks {
+    StrongestArrival* strongest = nullptr;  ///< instead of the field
+    FirstArrival* first = nullptr;
+};
+
 /// Marches a front through the grid, slab by slab, and lays its tubes into the field. Tubes of which a ray turns more
 /// than 60 degrees from the axis end at a cross-section, between two layers, and begin another front there.
 class FrontSweep {
 public:
     FrontSweep(const FrontSpace& space, LightField& field, const VoxeliseOptions& options, SweepTotals& totals,
-               Monitor& monitor)
-        : space_(space), field_(field), options_(options), totals_(totals), monitor_(monitor) {}
+               Monitor& monitor, const FrontSinks& sinks = {})
+        : space_(space), field_(field), options_(options), totals_(totals), monitor_(monitor), sinks_(sinks) {}
 
     /// @return the fronts along other axes that go on where tubes of this one turned away
     std::vector<Front> run(const Front& front);
@@ -86,7 +96,7 @@ private:
     Leaving leave(const Front& front, const Chunk& chunk, const State& state, std::uint32_t ray, int lane) const;
     void passOn(const Front& front, const Chunk& chunk, State& state, const Turned& turned);
     void lay(const Front& front, const Chunk& chunk, State& state);
-    void layTurned(const Front& front, const Chunk& chunk, State& state);
+    void packTurned(const Front& front, const Chunk& chunk, const State& state, Packed& packed) const;
     void finish(const Front& front, const State& state);
     void countLoss(const glm::dvec3& power, const glm::dvec3& left);
 
@@ -95,6 +105,7 @@ private:
     const VoxeliseOptions& options_;
     SweepTotals& totals_;
     Monitor& monitor_;
+    FrontSinks sinks_;
     std::vector<std::uint32_t>* lost_ = nullptr;  ///< while findLost looks
 };
 

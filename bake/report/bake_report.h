@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,6 +57,15 @@ struct ReceiverError {
     double share = 1;        ///< of its texels that were looked at
 };
 
+/// How light that comes to a voxel from several directions is shared out among its arrivals, where a bake kept one of
+/// them.
+struct ArrivalShares {
+    double several = 0;    ///< share of the lit voxels to which other arrivals bring a hundredth of the light, or more
+    double strongest = 0;  ///< what the strongest arrival brings of the light there, mean over those voxels
+    double left_out = 0;   ///< share of all light that the others bring: what the volume is off, in relative L1
+    double rmse = 0;       ///< root mean square of that over the root mean square of all light, over lit voxels
+};
+
 /// What a bake did: both ledgers, counts, seconds by stage, and what was skipped.
 struct BakeReport {
     PowerLedger power;
@@ -73,6 +83,7 @@ struct BakeReport {
     std::vector<ReceiverError> receivers;                 ///< those that were measured
     std::string advice;  ///< what would halve the largest of their errors; empty when nothing is known
     std::vector<std::string> warnings;
+    std::optional<ArrivalShares> arrivals;  ///< where one arrival a voxel was kept
 };
 
 }  // namespace photic
