@@ -112,7 +112,7 @@ int discSamples(const OpticalScene& optics, const Light& light, int most) {
         const int surface = static_cast<int>(s);
         const Emission emission(optics.scene(), surface, middle);
         for (const EmittedRay& ray : somePoints(optics, emission, light)) {
-            if (optics.arrival(ray.position, ray.direction) != PathOutcome::Lit) continue;
+            if (optics.arrivalOn(surface, ray.position, ray.direction) != PathOutcome::Lit) continue;
             DiscRays rays;
             Meeting at[3];
             rays.power = std::fabs(glm::dot(ray.direction, ray.face));

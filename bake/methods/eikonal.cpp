@@ -10,6 +10,7 @@
 #include "bake/methods/method_options.h"
 #include "bake/report/error.h"
 #include "bake/report/stopwatch.h"
+#include "bake/scene/crest_warnings.h"
 #include "bake/scene/index_volume.h"
 #include "bake/scene/not_built.h"
 #include "bake/threads/parallel_for.h"
@@ -136,6 +137,7 @@ void sayWhatIsLeftOut(const Scene& scene, BakeReport& report, Monitor& monitor) 
             monitor.warn("a front goes through objects: '" + object.name + "' casts no shadow; beams know shadows");
             break;
         }
+    for (const std::string& warning : crestWarnings(scene)) monitor.warn(warning);
     if (scene.lights.front().angular_diameter_deg > 0)
         report.skipped.emplace_back("the sun's disc: a front has one direction");
 }

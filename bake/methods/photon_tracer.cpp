@@ -13,7 +13,7 @@ PhotonTracer::PhotonTracer(const Scene& scene, const GridFrame& frame, const std
 
 void PhotonTracer::follow(int surface, const PhotonStart& start, const glm::dvec3& power, TrackSink& field,
                           PhotonTally& tally) const {
-    const PathOutcome arrival = optics_.arrival(start.position, start.direction, start.source);
+    const PathOutcome arrival = optics_.arrivalOn(surface, start.position, start.direction, start.source);
     if (arrival == PathOutcome::Hidden) return;
     tally.power.emitted += channelMean(power);
     if (arrival == PathOutcome::Blocked) {

@@ -20,6 +20,7 @@
 #include "bake/methods/wave_run.h"
 #include "bake/report/error.h"
 #include "bake/report/stopwatch.h"
+#include "bake/scene/crest_warnings.h"
 #include "bake/scene/index_volume.h"
 
 namespace photic {
@@ -200,6 +201,7 @@ BakeResult bakeWave(const Scene& scene, std::shared_ptr<const NeededVoxels> need
                     Monitor& monitor, WaveRun* run) {
     const WaveOptions options = withPreset(given);
     refuseIndexOfThePaper(scene, options);
+    for (const std::string& warning : crestWarnings(scene)) monitor.warn(warning);
     WaveLights lights(scene, std::move(needed), options, monitor);
     for (const Light& light : scene.lights) lights.add(light);
     return lights.finish(run);

@@ -38,6 +38,7 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
         sides.nested = surface.medium_below >= 0 && (surface.closed || surface.sphere.has_value()) && !surface.thin;
         sides_.push_back(sides);
         if (surface.height_field && scene.surfaces.size() > 1) height_fields_.push_back(static_cast<int>(i));
+        own_shadows_.push_back(OwnShadow::of(scene, surface, frame));
     }
 }
 
@@ -170,6 +171,15 @@ PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& dir
     const RayHit first = firstHit(point - far * direction, direction, far * (1 - 1e-12), unused);
     const Target::Kind kind = first ? first.target.kind : back.target.kind;
     return kind == Target::Kind::Surface ? PathOutcome::Hidden : PathOutcome::Blocked;
+}
+
+PathOutcome OpticalScene::arrivalOn(int surface, const glm::dvec3& point, const glm::dvec3& direction,
+                                    const std::optional<glm::dvec3>& source) const {
+    const PathOutcome outcome = arrival(point, direction, source);
+    const OwnShadow* shadow = ownShadow(surface);
+    if (outcome != PathOutcome::Lit || !shadow) return outcome;
+    const double reach = source ? glm::length(point - *source) : std::numeric_limits<double>::infinity();
+    return shadow->covers(point, direction, reach) ? PathOutcome::Hidden : outcome;
 }
 
 OpticalScene::LegEnd OpticalScene::legEnd(const glm::dvec3& origin, const glm::dvec3& direction,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/paths/light_end.h"
+#include "bake/paths/own_shadow.h"
 #include "bake/paths/path.h"
 #include "bake/paths/ray_casting.h"
 #include "bake/paths/scene_shapes.h"
@@ -69,11 +70,20 @@ public:
         return medium(sides(surface).inside).disperses || medium(sides(surface).outside).disperses;
     }
 
+    /// The shadow of a surface's waves on itself; null where none of the scene's light comes so low.
+    const OwnShadow* ownShadow(int surface) const {
+        const auto& shadow = own_shadows_[static_cast<std::size_t>(surface)];
+        return shadow ? &*shadow : nullptr;
+    }
+
     /// What light meets first on its way to a point of a surface: `Lit` when that is the surface.
     /// @param direction  unit, of travel
     /// @param source     [m] where the light stands; none for a sun
     PathOutcome arrival(const glm::dvec3& point, const glm::dvec3& direction,
                         const std::optional<glm::dvec3>& source = std::nullopt) const;
+    /// The same for a point of a surface that may stand in its own light.
+    PathOutcome arrivalOn(int surface, const glm::dvec3& point, const glm::dvec3& direction,
+                          const std::optional<glm::dvec3>& source = std::nullopt) const;
 
     /// First hit with everything, height fields included. @param meeting  where a surface is hit
     RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
@@ -119,6 +129,7 @@ private:
     std::vector<Medium> given_media_;
     std::vector<MediumSides> sides_;
     std::vector<int> height_fields_;  // that legs can meet: none when one stands alone
+    std::vector<std::optional<OwnShadow>> own_shadows_;
 };
 
 }  // namespace photic

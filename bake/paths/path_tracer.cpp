@@ -49,7 +49,7 @@ bool PathTracer::goOn(const PathEvent& event, Path& path) const {
 Path PathTracer::follow(const EmissionParam& param, const EmittedRay& ray) const {
     Path path;
     path.param = param;
-    path.outcome = optics_.arrival(ray.position, ray.direction, emission_.sample().source);
+    path.outcome = optics_.arrivalOn(emission_.surfaceIndex(), ray.position, ray.direction, emission_.sample().source);
     followHistory(ray, path);
     return path;
 }

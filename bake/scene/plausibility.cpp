@@ -19,8 +19,6 @@ namespace {
 
 using Warnings = std::vector<std::string>;
 
-double power(const Light& light) { return (light.irradiance.x + light.irradiance.y + light.irradiance.z) / 3; }
-
 bool refracts(const Surface& surface) {
     return surface.event == SurfaceEvent::Refract || surface.event == SurfaceEvent::Both;
 }
@@ -58,7 +56,7 @@ void upsideDown(const Scene& scene, const Surface& surface, Warnings& out) {
                 "{:.3g} % of the light of '{}' that falls on '{}' ({:.4g} W) arrives on the side of ior_below ({}), "
                 "and is "
                 "bent as out of it: the mesh lies upside down; turn its faces over (normals up) before export",
-                100 * share, light.name, surface.name, power(light) * below, surface.ior_below));
+                100 * share, light.name, surface.name, meanIrradiance(light) * below, surface.ior_below));
     }
 }
 
@@ -221,62 +219,8 @@ void totallyReflected(const Scene& scene, Warnings& out) {
                     fmt::format("{:.3g} % of the light of '{}' ({:.4g} W) is reflected totally at '{}', whose index "
                                 "falls from {} to {}: next to nothing is left to bake; use event = \"reflect\", or a "
                                 "steeper light",
-                                100 * kept / all, light.name, power(light) * kept, surface.name, surface.ior_above,
-                                surface.ior_below));
-        }
-    }
-}
-
-/// Height of a field above a point of the world's plane: the parameter is sought whose displaced position lies there.
-double heightAbove(const HeightField& field, glm::dvec2 place) {
-    glm::dvec2 uv = place;
-    SurfacePoint point = field.at(uv);
-    for (int i = 0; i < 4 && field.maxDisplacement() > 0; ++i) {
-        uv -= glm::dvec2(point.position) - place;
-        point = field.at(uv);
-    }
-    return point.position.z;
-}
-
-/// Whether the surface itself lies between a place on it and the sun.
-bool behindACrest(const HeightField& field, const glm::dvec3& place, const glm::dvec3& light) {
-    const double rise = -light.z, longest = (field.maxZ() - place.z) / rise;
-    const double along = glm::length(glm::dvec2(light));
-    const double wanted = 4 * longest * along / field.featureSize();
-    const int steps = static_cast<int>(std::clamp(wanted, 16.0, 256.0));
-    for (int i = 1; i < steps; ++i) {
-        const glm::dvec3 p = place - light * (longest * i / steps);
-        if (p.z < heightAbove(field, glm::dvec2(p))) return true;
-    }
-    return false;
-}
-
-/// Waves so steep under so low a sun that a crest stands between it and the water behind: the light that goes on behind
-/// the crest is baked as if the crest were not there.
-void crestsThatShade(const Scene& scene, Warnings& out) {
-    for (const Surface& surface : scene.surfaces) {
-        if (!surface.height_field || !std::isfinite(surface.height_field->featureSize())) continue;
-        const std::vector<SurfaceSample> samples = samplesOf(surface, scene.domain, 1024);
-        for (const Light& light : scene.lights) {
-            if (light.position || light.direction.z >= 0) continue;
-            // A smooth surface stands in its own light only where a part of it turns away from it.
-            if (std::none_of(samples.begin(), samples.end(), [&](const SurfaceSample& sample) {
-                    return -glm::dot(light.direction, sample.normal) < 0.02;
-                }))
-                continue;
-            double shaded = 0, all = 0;
-            for (const SurfaceSample& sample : samples) {
-                const double lit = -glm::dot(light.direction, sample.normal) * sample.area;
-                if (lit <= 0) continue;
-                all += lit;
-                if (behindACrest(*surface.height_field, sample.position, light.direction)) shaded += lit;
-            }
-            if (shaded > 1e-3 * all)
-                out.push_back(
-                    fmt::format("{:.3g} % of the light of '{}' on '{}' ({:.3g} W in the domain) falls behind a crest: "
-                                "waves of a height field do not shade each other, so that light is baked as if it "
-                                "arrived; raise the light, lower the waves, or give the water as a mesh",
-                                100 * shaded / all, light.name, surface.name, power(light) * shaded));
+                                100 * kept / all, light.name, meanIrradiance(light) * kept, surface.name,
+                                surface.ior_above, surface.ior_below));
         }
     }
 }
@@ -320,7 +264,7 @@ void endlessWalls(const Scene& scene, const Surface& surface, const Light& light
         out.push_back(fmt::format(
             "{:.3g} % of the light of '{}' on '{}' ({:.4g} W in the domain) is blocked on its way by {}: planes have "
             "no end and reach above the water; use walls that end ('box', or a mesh), or role = \"movable\"",
-            100 * blocked / all, light.name, surface.name, power(light) * blocked, fmt::join(names, ", ")));
+            100 * blocked / all, light.name, surface.name, meanIrradiance(light) * blocked, fmt::join(names, ", ")));
 }
 
 }  // namespace
@@ -333,7 +277,6 @@ std::vector<std::string> sceneWarnings(const Scene& scene) {
     emptyDomain(scene, out);
     finerThanVoxels(scene, out);
     totallyReflected(scene, out);
-    crestsThatShade(scene, out);
     for (const Surface& surface : scene.surfaces)
         for (const Light& light : scene.lights)
             if (!surface.closed && !light.position) endlessWalls(scene, surface, light, out);

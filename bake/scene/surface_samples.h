@@ -23,4 +23,9 @@ std::vector<glm::dvec2> placesOn(const Surface& surface, const Domain& domain, i
 /// every call.
 std::vector<SurfaceSample> samplesOf(const Surface& surface, const Domain& domain, int count);
 
+/// Of a sun, the mean of its channels [W/m2].
+inline double meanIrradiance(const Light& light) {
+    return (light.irradiance.x + light.irradiance.y + light.irradiance.z) / 3;
+}
+
 }  // namespace photic

@@ -141,8 +141,22 @@ private:
             for (int i = column; i <= column + columns; ++i)
                 if (rays[j].per_layer[static_cast<std::size_t>(i)] <= 0) return false;
         if (strip.bending && strip.bends.most(column, columns) > refine_.tolerance) return false;
+        if (isInOwnShadow(strip, column, columns)) return false;
         if (obstacles_.ofBlock(rays, column, columns, strip.rows) == Obstacles::Way::Unclear) return false;
         return !BendRows::endsApart(rays, strip.rows, column, columns, strip.floor_w);
+    }
+
+    // Whether the water's waves stand between a corner of a block and the sun.
+    bool isInOwnShadow(const Strip& strip, int column, int columns) const {
+        const OwnShadow* shadow = tracer_.optics().ownShadow(tracer_.emission().surfaceIndex());
+        if (!shadow) return false;
+        for (int j = 0; j <= strip.rows; ++j)
+            for (int i = column; i <= column + columns; ++i) {
+                const SurfaceRow& p = strip.points()[j];
+                const auto k = static_cast<std::size_t>(i);
+                if (shadow->covers({p.px[k], p.py[k], p.pz[k]}, setup_.light_direction)) return true;
+            }
+        return false;
     }
 
     // A block that needs a closer look: shadows, silhouettes, steep water, strong bends.

@@ -81,13 +81,14 @@ event = "{}"
                            low, high, voxel, light, disc, event, surface.empty() ? waves() : surface, medium, objects,
                            bake);
     }
-    static std::string waves() {
-        return R"(size = [3.0, 3.0]
+    static std::string waves(double steepness = 1) {
+        return fmt::format(R"(size = [3.0, 3.0]
 outside = "none"
 waves = [
-  { amplitude = 0.02, wavelength = 0.8, direction = 20, phase = 0.4 },
-  { amplitude = 0.015, wavelength = 0.5, direction = 95, phase = 1.7 },
-])";
+  {{ amplitude = {}, wavelength = 0.8, direction = 20, phase = 0.4 }},
+  {{ amplitude = {}, wavelength = 0.5, direction = 95, phase = 1.7 }},
+])",
+                           0.02 * steepness, 0.015 * steepness);
     }
 };
 
@@ -146,15 +147,15 @@ TEST(DefaultSettings, ADiscBlursAsPhotonsDo) {
 /// The basin's waves as a mesh of n^2 squares over [-half, half]^2; removed at the end.
 class WaterMesh {
 public:
-    WaterMesh(int n, double half)
-        : path_(fmt::format("{}photic_water_{}_{}.obj", ::testing::TempDir(), ::getpid(), n)) {
+    WaterMesh(int n, double half, double steepness = 1)
+        : path_(fmt::format("{}photic_water_{}_{}_{}.obj", ::testing::TempDir(), ::getpid(), n, steepness)) {
         std::ofstream out(path_);
-        const auto height = [](double x, double y) {
+        const auto height = [steepness](double x, double y) {
             const auto wave = [&](double a, double l, double degrees, double phase) {
                 const double k = 2 * M_PI / l, d = degrees * M_PI / 180;
                 return a * std::sin(k * (x * std::cos(d) + y * std::sin(d)) + phase);
             };
-            return wave(0.02, 0.8, 20, 0.4) + wave(0.015, 0.5, 95, 1.7);
+            return steepness * (wave(0.02, 0.8, 20, 0.4) + wave(0.015, 0.5, 95, 1.7));
         };
         for (int j = 0; j <= n; ++j)
             for (int i = 0; i <= n; ++i) {
@@ -190,6 +191,20 @@ TEST(DefaultSettings, AMeshOfWaterIsTheHeightField) {
     const Baked a = bakeText(field.toml(), "beams"), b = bakeText(triangles.toml(), "beams");
     EXPECT_NEAR(total(b.field()) / total(a.field()), 1, 2e-3);
     EXPECT_LT(blockDifference(b.field(), a.field(), 2), 0.01);
+}
+
+// A mesh's triangles stand in each other's light, and the height field's crests in theirs: two ways to the same light.
+TEST(DefaultSettings, CrestsShadeTheWaterBehindThem) {
+    constexpr double kSteepness = 2.5;
+    const WaterMesh mesh(400, 1.5, kSteepness);
+    Basin field, triangles;
+    field.surface = Basin::waves(kSteepness), triangles.surface = mesh.toml();
+    field.low = triangles.low = -0.5, field.high = triangles.high = -0.1;
+    field.light = triangles.light = "direction = [0.93, 0.1, -0.35]";
+    const Baked a = bakeText(field.toml(), "beams"), b = bakeText(triangles.toml(), "beams");
+    EXPECT_NEAR(total(b.field()) / total(a.field()), 1, 3e-3);
+    EXPECT_LT(blockDifference(b.field(), a.field(), 2), 0.01);
+    expectAlike(field.toml(), 0.015);
 }
 
 TEST(DefaultSettings, AMeshAsAMirrorIsThePhotons) {

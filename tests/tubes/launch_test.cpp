@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
 #include "bake/tubes/lattice.h"
@@ -103,6 +105,27 @@ TEST(Launch, WaterThatEndsInAStepCostsFewTubes) {
     const Launched all_waves = launched(smooth, {}), half_flat = launched(stepped, {});
     EXPECT_LT(half_flat.totals.power.imbalance(), 1e-12);
     EXPECT_LT(half_flat.totals.corner_rays, 5 * all_waves.totals.corner_rays);
+}
+
+// Whatever the waves are like, over whole ones a sun sends into them what it would send into flat water: what a crest
+// takes more, the water behind it goes without.
+TEST(Launch, SteepWavesTakeNoMoreLightThanTheSunSends) {
+    const double k = 7, wave_x = 2 * M_PI / k, wave_y = wave_x / 1.3;
+    for (const glm::dvec3& sun : {glm::dvec3(0.3, 0.2, -1), {1.5, 0.4, -1}, {3, -2, -1}, {-9, 3, -1}}) {
+        const WaterScene water(std::make_shared<support::Ripples>(0.06, k), sun);
+        const OpticalScene optics(water.scene, water.frame);
+        const Emission emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front());
+        const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
+        const TubeSink ignored = [](const TubeSets&) {};
+        const LaunchDomain whole{{-wave_x, -1.5 * wave_y}, {wave_x, 1.5 * wave_y}, true};
+        LaunchTotals totals;
+        Monitor monitor;
+        Launch launch(tracer, {}, ignored, monitor);
+        launch.heightField(layLattice(tracer, whole, {}), totals);
+        const double sent = whole.area() * -water.scene.lights[0].direction.z;
+        EXPECT_NEAR(totals.power.emitted / sent, 1, 2e-3) << sun.x;
+        EXPECT_LT(totals.power.imbalance(), 1e-9);
+    }
 }
 
 TEST(Launch, ThreadsChangeNothing) {
