@@ -74,22 +74,27 @@ void FrontSweep::lay(const Front& front, const Chunk& chunk, State& state) {
     // The buffer follows the mean slope of the light; how often a layer is evaluated follows all slopes, which are of
     // both signs where light comes together.
     set.slope_u_power = set.slope_v_power = set.slope_power = 0;
-    double squares = 0;
     const std::size_t step = std::max<std::size_t>(1, front.tubes.size() / 4096);
-    for (std::size_t t = 0; t < front.tubes.size(); t += step) {
-        if (!state.alive[t]) continue;
-        const float* rows = &bent.values[front.tubes[t].ray[0] * bent.rayStride()];
-        const auto row = [&](int which) {
-            return static_cast<double>(rows[which * BentRows::kLanes + chunk.layers / 2]);
-        };
-        const double power = channelMean(front.tubes[t].power) * row(BentRows::kLit), u = row(BentRows::kSlopeU),
-                     v = row(BentRows::kSlopeV);
-        set.slope_power += power, set.slope_u_power += power * u, set.slope_v_power += power * v;
-        squares += power * (u * u + v * v);
+    // Looked at in the middle of every eight layers: how many a chunk has depends on the processor.
+    constexpr int kLookEvery = 8;
+    int points = 1;
+    for (int look = 0; look < chunk.layers; look += kLookEvery) {
+        const int lane = std::min(look + kLookEvery / 2, chunk.layers - 1);
+        double squares = 0, looked_at = 0;
+        for (std::size_t t = 0; t < front.tubes.size(); t += step) {
+            if (!state.alive[t]) continue;
+            const float* rows = &bent.values[front.tubes[t].ray[0] * bent.rayStride()];
+            const auto row = [&](int which) { return static_cast<double>(rows[which * BentRows::kLanes + lane]); };
+            const double power = channelMean(front.tubes[t].power) * row(BentRows::kLit), u = row(BentRows::kSlopeU),
+                         v = row(BentRows::kSlopeV);
+            looked_at += power, set.slope_u_power += power * u, set.slope_v_power += power * v;
+            squares += power * (u * u + v * v);
+        }
+        set.slope_power += looked_at;
+        if (looked_at > 0) points = std::max(points, pointsAcrossLayer(std::sqrt(squares / looked_at)));
     }
     state.options = options_;
-    if (options_.quadrature == 0)
-        state.options.quadrature = set.slope_power > 0 ? pointsAcrossLayer(std::sqrt(squares / set.slope_power)) : 1;
+    if (options_.quadrature == 0) state.options.quadrature = points;
     Packed turned;
     if (!state.turned.empty()) packTurned(front, chunk, state, turned);
     const Slab& slab = chunk.group->slabs[chunk.slab];
