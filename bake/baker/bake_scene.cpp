@@ -225,8 +225,14 @@ void warnOfLightGivenUp(const Scene& scene, const PowerLedger& power, Monitor& m
 }
 
 bool isDark(const BakeResult& result) {
-    for (int channel = 0; channel < result.field.channels().irradiance; ++channel)
-        if (result.field.sum(channel) > 0) return false;
+    const LightField& field = result.field;
+    for (int slot = 0; slot < field.leafCount(); ++slot) {
+        if (field.state(slot) == LeafState::Empty) continue;
+        const bool dense = field.state(slot) == LeafState::Dense;
+        const float* values = dense ? field.dense(slot) : field.constant(slot).data();
+        const int count = field.channels().irradiance * (dense ? LightField::kLeafVoxels : 1);
+        if (std::any_of(values, values + count, [](float light) { return light > 0; })) return false;
+    }
     return !result.second;
 }
 

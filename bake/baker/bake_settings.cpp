@@ -34,6 +34,8 @@ Json optionsOf(const Scene& scene, const Method& method) {
 
 }  // namespace
 
+double errorGoal(const BakeSettings& bake) { return bake.error.value_or(bake.sizes_itself ? kDefaultError : 0); }
+
 std::string settingsText(const Scene& scene, const Method& method, const BakeChoices& choices) {
     const BakeSettings& bake = scene.bake;
     constexpr const char* kCompression[] = {"none", "mask", "blosc", "zip"};
@@ -51,7 +53,10 @@ std::string settingsText(const Scene& scene, const Method& method, const BakeCho
                   {"half", choices.file.half},
                   {"compression", kCompression[static_cast<int>(choices.file.compression)]},
                   {"options", optionsOf(scene, method)}};
-    if (bake.error) settings["error"] = *bake.error;
+    if (const double goal = errorGoal(bake); goal > 0) {
+        settings["error"] = goal;
+        settings["budget_bytes"] = choices.budget_bytes, settings["seconds"] = choices.seconds;
+    }
     if (bake.lobe_axis) settings["lobe_axis"] = {bake.lobe_axis->x, bake.lobe_axis->y, bake.lobe_axis->z};
     if (!choices.post.empty()) settings["post"] = choices.post;
     return dump(settings);

@@ -26,11 +26,17 @@ struct BakeChoices {
     VdbOptions file;                     ///< how the volume is going to be stored: part of its settings and estimate
     Measure measure = Measure::Nothing;  ///< look-ups on receivers
     double detail = 0;  ///< [m] of the texels that they are measured on; 0: a 512th of each receiver's longer side
+    double budget_bytes = 256e6;        ///< that a bake which chooses its voxels for an error may write
+    double seconds = 10;                ///< that it may take
     std::int64_t max_memory_bytes = 0;  ///< a bake that would take more is refused; 0: what the machine has
     /// Told the stages that Monitor::progress is going to name, one after the other, as soon as they are known. What
     /// counts is how long they take beside one another: a bar then moves evenly.
     std::function<void(const std::vector<Stage>&)> expect = {};
 };
+
+inline constexpr double kDefaultError = 0.02;
+/// The error of look-ups that a bake aims at by its voxels; 0: it has the domain's.
+double errorGoal(const BakeSettings& bake);
 
 /// All settings that a bake's result depends on besides the scene's files, as JSON: the volume's `options`.
 std::string settingsText(const Scene& scene, const Method& method, const BakeChoices& choices);

@@ -20,7 +20,6 @@ namespace {
 
 constexpr int kFirstCells = 64;  // of the domain's longest side
 constexpr int kMostBakes = 5;
-constexpr double kMostBytes = 256e6, kMostSeconds = 10;
 constexpr double kNarrower = 0.97, kWiden = 1.2;  // of voxels that are tried next
 constexpr double kMargin = 0.85;                  // of the goal that is aimed at: a prediction is off by some per cent
 
@@ -61,16 +60,29 @@ std::string obstacle(const Scene& scene, const BakeChoices& choices, double slow
     const GridFrame frame = sceneFrame(scene);
     const NeededVoxels needed = sceneNeededVoxels(scene, frame, monitor);
     const BakeCost cost = bakeCost(scene, method, frame, &needed, choices);
-    const bool too_much = static_cast<double>(cost.file_bytes) > kMostBytes || slower * cost.seconds() > kMostSeconds;
+    const bool too_much =
+        static_cast<double>(cost.file_bytes) > choices.budget_bytes || slower * cost.seconds() > choices.seconds;
     if (too_much) return wordsOf(cost, slower);
     return {};
+}
+
+/// With the domain's own voxels, as nobody asked for others.
+BakedScene bakeUnmeasured(const Scene& scene, const std::string& why, Monitor& monitor, const BakeChoices& choices) {
+    monitor.note(
+        fmt::format("voxels of {:.3g} mm, as nothing says how wide they should be and no error of look-ups can be "
+                    "measured here: {}",
+                    1000 * scene.domain.voxel_size, why));
+    return bakeScene(scene, monitor, choices);
 }
 
 }  // namespace
 
 BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& given) {
-    const double goal = scene.bake.error.value_or(0);
+    const double goal = errorGoal(scene.bake);
     if (!(goal > 0)) return bakeScene(scene, monitor, given);
+    if (!scene.bake.error && std::none_of(scene.objects.begin(), scene.objects.end(),
+                                          [](const Object& object) { return object.receives(); }))
+        return bakeUnmeasured(scene, "nothing receives light", monitor, given);
     BakeChoices choices = given;
     const KeptShapes shapes;
     const glm::dvec3 extent = scene.domain.max - scene.domain.min;
@@ -83,6 +95,8 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
         choices.measure = planeLightIsQuick(tried) ? Measure::Wholly : Measure::Quickly;
         BakedScene baked = bakeScene(tried, unwarned, choices);
         const double reached = baked.measured.largest();
+        if (baked.measured.errors.empty() && !scene.bake.error)
+            return bakeUnmeasured(scene, baked.measured.not_measured, monitor, given);
         if (baked.measured.errors.empty())
             throw Error(ErrorCode::Input,
                         fmt::format("an error of {:.2g} % is asked for, and none can be measured: {}; ask for a "
@@ -109,9 +123,10 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
         }
         std::vector<std::string>& warnings = baked.report.warnings;
         if (reached > goal)
-            warnings.push_back(fmt::format("look-ups are off by {:.2g} %, and {:.2g} % was asked for: {}",
-                                           100 * reached, 100 * goal,
-                                           why.empty() ? "narrower voxels were no better" : why));
+            warnings.push_back(fmt::format(
+                "look-ups are off by {:.2g} %, and {:.2g} % {}: {}", 100 * reached, 100 * goal,
+                scene.bake.error ? "was asked for" : "is aimed at where nothing says how wide voxels should be",
+                why.empty() ? "narrower voxels were no better" : why));
         for (const std::string& warning : warnings) monitor.warn(warning);
         baked.volume.metadata["scene_hash"] = inputHash(scene, chooseMethod(scene.bake.method, scene), given);
         return baked;

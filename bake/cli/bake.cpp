@@ -45,6 +45,14 @@ BakeChoices choicesOf(const BakeArguments& arguments) {
         throw Error(ErrorCode::Usage, fmt::format("texels of {} m; they must be above 0", *arguments.detail),
                     "--detail");
     BakeChoices choices;
+    const auto limit = [](const std::optional<double>& given, const char* option, double unit, double& to) {
+        if (!given) return;
+        if (!(*given > 0 && std::isfinite(*given)))
+            throw Error(ErrorCode::Usage, fmt::format("'{}' is too little; it must be above 0", *given), option);
+        to = *given * unit;
+    };
+    limit(arguments.budget, "--budget", 1e6, choices.budget_bytes);
+    limit(arguments.seconds, "--seconds", 1, choices.seconds);
     choices.post = arguments.post, choices.file = arguments.file, choices.max_memory_bytes = memoryAllowed();
     const auto measure = std::find(kMeasureNames.begin(), kMeasureNames.end(), arguments.measure);
     choices.measure = static_cast<Measure>(measure - kMeasureNames.begin());
@@ -239,9 +247,9 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
         static_cast<double>(cost.leaves), static_cast<double>(cost.memory_bytes) * 1e-6,
         fits ? "" : " (more than there is: it would be refused)", static_cast<double>(cost.file_bytes) * 1e-6, seconds,
         frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
-    if (scene.bake.error)
+    if (const double goal = errorGoal(scene.bake); goal > 0)
         terminal.say(fmt::format("  that is for voxels of {:.3g} mm; the bake chooses its own for an error of {:g} %",
-                                 1000 * scene.domain.voxel_size, 100 * *scene.bake.error));
+                                 1000 * scene.domain.voxel_size, 100 * goal));
     if (!cost.dearest.empty()) terminal.say("  " + cost.dearest);
     if (arguments.json) {
         print({{"schema", "photic-estimate-1"},
@@ -250,6 +258,7 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
                {"method", method.name},
                {"frames", frames},
                {"grid", toJson(frame)},
+               {"box", {{"min", toJson(scene.domain.min)}, {"max", toJson(scene.domain.max)}}},
                {"voxels", frame.voxelCount()},
                {"needed_voxels", cost.needed_voxels},
                {"leaves", cost.leaves},

@@ -155,6 +155,9 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
             throw Error(ErrorCode::Usage, "--error chooses the voxels; give it or a voxel size", "--error");
         bake.error.reset();
     }
+    // Frames of a sequence share their voxels.
+    if (bake.error || arguments.voxel_size || arguments.resolution || arguments.frames || arguments.measure == "no")
+        bake.sizes_itself = false;
     if (bake.error && arguments.frames)
         throw Error(ErrorCode::Usage,
                     "an error chooses the voxels of each frame for itself, and frames of a sequence share theirs; bake "

@@ -149,10 +149,16 @@ void bindSettings(CLI::App& app, BakeArguments& a) {
                          "Measure how far look-ups on flat receivers are from the light there: quick takes about a "
                          "quarter of the bake's time (default: quick)"),
           kMeasureNames);
-    value(
-        app.add_option("--error", a.error,
-                       "Choose the voxels so that look-ups on flat receivers are off by at most this, for instance 2%"),
-        "SHARE");
+    value(app.add_option(
+              "--error", a.error,
+              "Choose the voxels so that look-ups on flat receivers are off by at most this, for instance 2% (also "
+              "the default where neither scene nor command line say how wide voxels should be)"),
+          "SHARE");
+    value(app.add_option("--budget", a.budget,
+                         "With an error, or where nothing says how wide voxels should be: most "
+                         "that a volume may take on disk [MB] (default: 256)"),
+          "MB");
+    value(app.add_option("--seconds", a.seconds, "Likewise, most that its bake may take [s] (default: 10)"), "SECONDS");
     value(app.add_option("--detail", a.detail,
                          "Texels that look-ups are measured on [m] (default: a 512th of each receiver)"),
           "METRES");

@@ -33,6 +33,8 @@ struct BakeArguments {
     std::optional<bool> prefilter;
     std::string measure = "quick";  ///< of kMeasureNames: look-ups on receivers
     std::string error;              ///< share or per cent that look-ups may be off by; empty: what the scene says
+    std::optional<double> budget;   ///< [MB]
+    std::optional<double> seconds;  ///< [s]
     std::optional<double> detail;   ///< [m] that they are measured on
     std::vector<std::string> grids;
     std::vector<std::string> post;  ///< steps on the caustic grid (post_steps.h)

@@ -371,7 +371,8 @@ private:
 
     /// The keys of a table of extras that belong to one table of the scene file.
     static std::string keysOf(const Json& own, bool domain) {
-        static const std::set<std::string> kDomain{"min", "max", "voxel_size", "resolution", "shear", "layer_height"};
+        static const std::set<std::string> kDomain{"min",        "max",   "fit",         "voxel_size",
+                                                   "resolution", "shear", "layer_height"};
         std::string out;
         for (const auto& [key, value] : own.items())
             if (kDomain.contains(key) == domain) out += fmt::format("{} = {}\n", key, value.dump());
@@ -381,7 +382,7 @@ private:
     /// As far as the light of what bends it is followed, inside of what the scene shows.
     void writeDomain(const Json& own) {
         out_ += "\n[domain]\n" + keysOf(own, true);
-        if (own.contains("min") || own.contains("max")) return;
+        if (own.contains("min") || own.contains("max") || own.contains("fit")) return;
         glm::dvec3 low(1e300), high(-1e300), all_low(1e300), all_high(-1e300);
         for (const Piece& piece : pieces_) {
             if (piece.look.part != Part::Blocker)

@@ -7,8 +7,7 @@
 #include <limits>
 
 #include "bake/report/error.h"
-#include "bake/scene/graded_index.h"
-#include "bake/scene/index_volume.h"
+#include "bake/scene/light_bounds.h"
 #include "bake/scene/load_parts.h"
 
 namespace photic {
@@ -16,56 +15,9 @@ namespace {
 
 constexpr int kDefaultResolution = 128;
 constexpr int kMarginVoxels = 2;
+constexpr int kLightMarginVoxels = 3;           // so that look-ups on a wall at the box's side find light behind it
 constexpr double kMostVoxels = 274877906944.0;  // 2^38
 constexpr double kFarthest = 1e9;               // [m]
-
-struct Bounds3 {
-    glm::dvec3 min{std::numeric_limits<double>::infinity()}, max{-std::numeric_limits<double>::infinity()};
-    void add(const glm::dvec3& p) { min = glm::min(min, p), max = glm::max(max, p); }
-    bool empty() const { return !(min.x <= max.x); }
-};
-
-/// A plane extends the box along the axis nearest to its normal, to where it meets the box's other two extents.
-void addPlane(const Plane& plane, const Bounds3& box, Bounds3& out) {
-    const glm::dvec3 n = glm::abs(plane.normal);
-    const int axis = n.z >= n.x && n.z >= n.y ? 2 : n.y >= n.x ? 1 : 0;
-    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    for (int corner = 0; corner < 4; ++corner) {
-        glm::dvec3 p;
-        p[a] = corner & 1 ? box.max[a] : box.min[a], p[b] = corner & 2 ? box.max[b] : box.min[b];
-        p[axis] = plane.point[axis] -
-                  (plane.normal[a] * (p[a] - plane.point[a]) + plane.normal[b] * (p[b] - plane.point[b])) /
-                      plane.normal[axis];
-        out.add(p);
-    }
-}
-
-Bounds3 sceneBounds(const Scene& scene) {
-    Bounds3 box;
-    for (const Surface& surface : scene.surfaces) {
-        if (surface.mesh) {
-            for (const glm::dvec3& p : surface.mesh->positions) box.add(p);
-        } else {
-            const glm::dvec2 half = 0.5 * surface.size + surface.height_field->maxDisplacement();
-            box.add({glm::dvec2(surface.center) - half, surface.height_field->minZ()});
-            box.add({glm::dvec2(surface.center) + half, surface.height_field->maxZ()});
-        }
-    }
-    for (const Object& object : scene.objects)
-        if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape);
-            mesh && object.receives())
-            for (const glm::dvec3& p : (*mesh)->positions) box.add(p);
-    if (scene.index)
-        for (const GradedObject& object : scene.index->objects())
-            for (const auto& index : object.index)
-                if (const auto bounds = index->bounds()) box.add(bounds->min), box.add(bounds->max);
-    if (box.empty()) return box;
-    Bounds3 extended = box;
-    for (const Object& object : scene.objects)
-        if (const auto* plane = std::get_if<Plane>(&object.shape); plane && object.receives())
-            addPlane(*plane, box, extended);
-    return extended;
-}
 
 }  // namespace
 
@@ -74,7 +26,8 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
     request.where = value ? value->where : name;
     request.resolution = kDefaultResolution;
     if (!value) return request;
-    const TableReader table(*value, "[domain]", {"min", "max", "voxel_size", "resolution", "shear", "layer_height"});
+    const TableReader table(*value, "[domain]",
+                            {"min", "max", "fit", "voxel_size", "resolution", "shear", "layer_height"});
 
     Domain& domain = request.domain;
     const auto min = table.vector3("min", withinReach("m")), max = table.vector3("max", withinReach("m"));
@@ -89,7 +42,12 @@ DomainRequest loadDomain(const ConfigValue* value, const std::string& name) {
         domain.min = *min, domain.max = *max, request.has_box = true;
     }
 
+    if (table.find("fit")) request.fits_light = *table.choice("fit", {"scene", "light"}) == 1;
+    if (table.find("fit") && min)
+        table.fail("fit", "[domain] has 'fit' beside 'min' and 'max'; give the box, or how it is found");
+
     table.exclusive({"voxel_size", "resolution"});
+    request.is_sized = table.find("voxel_size") || table.find("resolution");
     if (const auto size = table.number("voxel_size", positive("m"))) {
         domain.voxel_size = *size, request.resolution = 0;
         if (request.has_box) {
@@ -121,7 +79,8 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
         return std::max({domain.max.x - domain.min.x, domain.max.y - domain.min.y, domain.max.z - domain.min.z});
     };
     if (!request.has_box) {
-        const Bounds3 box = sceneBounds(scene);
+        const Bounds3 box = request.fits_light ? lightBounds(scene) : sceneBounds(scene);
+        const int margin_voxels = request.fits_light ? kLightMarginVoxels : kMarginVoxels;
         if (box.empty())
             throw Error(ErrorCode::Input,
                         "the scene has no bounds: its media fill the world; give [domain] min and max, in metres",
@@ -136,8 +95,8 @@ void finishDomain(const DomainRequest& request, Scene& scene) {
                     request.where);
         domain.min = box.min, domain.max = box.max;
         if (request.resolution > 0) domain.voxel_size = longest() / request.resolution;
-        const glm::dvec3 margin(kMarginVoxels * domain.voxel_size, kMarginVoxels * domain.voxel_size,
-                                kMarginVoxels * (domain.layer_height > 0 ? domain.layer_height : domain.voxel_size));
+        const glm::dvec3 margin(margin_voxels * domain.voxel_size, margin_voxels * domain.voxel_size,
+                                margin_voxels * (domain.layer_height > 0 ? domain.layer_height : domain.voxel_size));
         domain.min -= margin, domain.max += margin;
     } else if (request.resolution > 0) {
         domain.voxel_size = longest() / request.resolution;

@@ -85,7 +85,9 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
 struct DomainRequest {
     Domain domain;
     bool has_box = false;
-    int resolution = 0;  ///< cells along the longest side; 0: voxel_size is given
+    bool fits_light = false;  ///< the box is lightBounds(), otherwise sceneBounds()
+    bool is_sized = false;    ///< voxel_size or resolution was given
+    int resolution = 0;       ///< cells along the longest side; 0: voxel_size is given
     std::string where;
 };
 DomainRequest loadDomain(const ConfigValue* table, const std::string& name);

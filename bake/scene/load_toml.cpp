@@ -271,6 +271,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
     finishDomain(domain, scene);
+    scene.bake.sizes_itself = !domain.is_sized && !scene.bake.error;
     if (scene.surfaces.empty()) aimAtGraded(context.graded.front(), scene);
 
     if (context.animated) context.hashBytes(fmt::format("frame {}", frame));

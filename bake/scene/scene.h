@@ -181,6 +181,9 @@ struct BakeSettings {
     bool prefilter = false;
     /// Share by which look-ups on flat receivers may be off; absent: the voxel size is what the domain says.
     std::optional<double> error{};
+    /// Neither an error nor voxels of a size are asked for: a program that writes files aims at an error of its own
+    /// where look-ups can be measured (bakeToError). Otherwise the domain has its default voxels.
+    bool sizes_itself = false;
     int lobes = 2;  ///< 1 | 2: directions that a voxel keeps where light opposes itself
     /// Unit: light that travels against it is the second lobe. Absent: bakeScene finds one that parts the light well,
     /// and methods that are called without it keep one lobe.

@@ -8,6 +8,7 @@
 #include "bake/baker/error_goal.h"
 #include "bake/baker/lookup_advice.h"
 #include "bake/baker/report_json.h"
+#include "bake/field/scene_grid.h"
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
 #include "bake/scene/wave_field.h"
@@ -163,6 +164,29 @@ TEST(LookupError, ThatCannotBeReachedIsSaid) {
     // Without a receiver there is nothing to look up on.
     scene.objects.clear();
     EXPECT_THROW(bakeToError(scene, record, measured()), Error);
+}
+
+TEST(LookupError, IsAimedAtWhereNothingIsAskedFor) {
+    Record record;
+    Scene scene = poolOver(2.0 / 64, 0.53);
+    EXPECT_FALSE(scene.bake.sizes_itself);  // it has a voxel size
+    scene.bake.sizes_itself = true;
+    const BakedScene baked = bakeToError(scene, record, measured());
+    EXPECT_LE(baked.measured.largest(), 0.02);
+    EXPECT_LE(trueError(baked.volume, truth::pool3::exactDiscFloor()), 1.1 * 0.02);
+    EXPECT_TRUE(record.warnings.empty()) << record.warnings.front();
+    // Within less than that takes: what was reached, and what stood against it.
+    BakeChoices little = measured();
+    little.budget_bytes = 0.2 * static_cast<double>(baked.volume.field.needed().count());
+    const BakedScene less = bakeToError(scene, record, little);
+    EXPECT_GT(less.measured.largest(), 0.02);
+    ASSERT_FALSE(record.warnings.empty());
+    EXPECT_NE(record.warnings.front().find("is aimed at"), std::string::npos) << record.warnings.front();
+    EXPECT_NE(record.warnings.front().find("--voxel-size"), std::string::npos) << record.warnings.front();
+    // Nothing to look up on: the voxels that the domain has by itself.
+    scene.objects.clear();
+    EXPECT_EQ(bakeToError(scene, record, measured()).volume.field.frame().voxelVolume(),
+              sceneFrame(scene).voxelVolume());
 }
 
 TEST(LookupError, StandsInTheVolume) {

@@ -12,6 +12,7 @@ from support import OUT
 scenes.enable()
 from photic.core import roles  # noqa: E402
 from photic.export import collect, lights, materials, write  # noqa: E402
+from photic.operators import scene_check  # noqa: E402
 from photic.properties import method_options  # noqa: E402
 
 
@@ -256,12 +257,22 @@ class Things(unittest.TestCase):
         self.assertNotIn("disc", text.split("[bake.beams]")[1])
 
     def test_domain_is_cropped_to_the_pool_but_not_to_a_fish(self):
-        low, high = collect.automatic_domain(scene_now(), 128)
+        def box():
+            found = scene_check.estimate(bpy.context)["box"]
+            return found["min"], found["max"]
+
+        self.scene.photic.resolution = 128
+        low, high = box()
         numpy.testing.assert_allclose((low[0], high[0]), (-1.047, 1.047), atol=2e-3)
         self.assertLess(low[2], -1.5 - 2 * 2 / 128)
         self.floor.photic.role = "MOVABLE"
-        low, high = collect.automatic_domain(scene_now(), 128)
+        low, high = box()
         self.assertLess(low[0], -2.0)
+        self.assertEqual(bpy.ops.photic.fit_domain(), {"FINISHED"})
+        settings = self.scene.photic
+        self.assertEqual(settings.domain_from, "CUSTOM")
+        numpy.testing.assert_allclose(settings.domain_min, low, rtol=1e-5)
+        numpy.testing.assert_allclose(settings.domain_max, high, rtol=1e-5)
 
 
 class Catalogue(unittest.TestCase):

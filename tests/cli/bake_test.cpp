@@ -204,6 +204,39 @@ TEST(Bake, SaysHowFarLookUpsAreOff) {
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "--detail", "-1"}).code, 2);
 }
 
+TEST(Bake, AimsAtAnErrorWhereNothingSaysHowWideVoxelsAre) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "waves = [{ amplitude = 0.02, wavelength = 0.6, direction = 20.0, phase = 0.4 }]";
+    std::string text = pool.text();
+    const auto line = text.find("voxel_size");
+    ASSERT_NE(line, std::string::npos);
+    text.erase(line, text.find('\n', line) - line);
+    place.write("pool.toml", text);
+    const auto reached = [&](std::vector<std::string> more) {
+        std::vector<std::string> words{"bake", "pool.toml", "--report", "report.json", "-o", "p.vdb", "--force"};
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome said = photic(place, words);
+        EXPECT_EQ(said.code, 0) << said.err;
+        return nlohmann::json::parse(place.read("report.json"));
+    };
+    const auto by_itself = reached({});
+    EXPECT_EQ(schemaBreaches(by_itself, "report.md"), Strings{});
+    EXPECT_LE(by_itself["receivers"][0]["relative_l1"].get<double>(), 0.02);
+    EXPECT_NE(photic(place, {"bake", "pool.toml", "--dry-run"}).err.find("for an error of 2 %"), std::string::npos);
+    // A size, a sequence and a bake that is not to be measured have the domain's voxels.
+    EXPECT_GT(reached({"--resolution", "32"})["receivers"][0]["relative_l1"].get<double>(), 0.02);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--dry-run", "--measure", "no"}).err.find("for an error"),
+              std::string::npos);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--dry-run", "--frames", "1-2"}).err.find("for an error"),
+              std::string::npos);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--budget", "0"}).code, 2);
+    EXPECT_EQ(photic(place, {"bake", "pool.toml", "--seconds", "nan"}).code, 2);
+    const Outcome little = photic(place, {"bake", "pool.toml", "--budget", "0.05", "-o", "little.vdb"});
+    EXPECT_EQ(little.code, 0);
+    EXPECT_NE(little.err.find("is aimed at"), std::string::npos) << little.err;
+}
+
 TEST(Bake, ThreadsChangeNothing) {
     const Workplace place;
     place.write("pool.toml", PoolText{}.text());

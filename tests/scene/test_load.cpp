@@ -181,6 +181,47 @@ TEST_F(SceneTest, AbsentDomainIsTheScenesBoundsAndTwoVoxels) {
     EXPECT_NEAR(load(text).domain.max.x, 2.2, 1e-12);
 }
 
+TEST_F(SceneTest, ADomainThatFitsTheLight) {
+    SceneText text;
+    const auto box = [&](const std::string& surface, const std::string& rest) {
+        text.domain = "[domain]\nresolution = 100\nfit = \"light\"\n";
+        text.surface = surface, text.rest = rest;
+        const Domain domain = load(text).domain;
+        // Without its margin of three voxels.
+        return std::pair(domain.min + 3 * domain.voxel_size, domain.max - 3 * domain.voxel_size);
+    };
+    const auto is = [](const std::pair<glm::dvec3, glm::dvec3>& found, const glm::dvec3& min, const glm::dvec3& max) {
+        EXPECT_NEAR(glm::length(found.first - min), 0, 1e-9)
+            << found.first.x << " " << found.first.y << " " << found.first.z;
+        EXPECT_NEAR(glm::length(found.second - max), 0, 1e-9)
+            << found.second.x << " " << found.second.y << " " << found.second.z;
+    };
+    // Wide water over a pool: the pool. A fish in it does not crop, and light goes down to it; a blocker is nothing.
+    const std::string water = "[[surface]]\nsize = [8, 8]\nwaves = [{ amplitude = 0.25, wavelength = 1 }]\n";
+    const std::string pool = "[[object]]\nbox = { min = [-1, -2, -3], max = [1, 2, -2.5] }\n",
+                      fish = "[[object]]\nbox = { min = [8, 8, -9], max = [9, 9, 9] }\nrole = ",
+                      floor = "[[object]]\nplane = { point = [0, 0, -3] }\n";
+    is(box(water, pool), {-1, -2, -3}, {1, 2, 0.25});
+    is(box(water, pool + fish + "\"blocker\"\n"), {-1, -2, -3}, {1, 2, 0.25});
+    is(box(water, pool + fish + "\"movable\"\n"), {-1, -2, -9}, {1, 2, 0.25});
+    is(box(water, fish + "\"movable\"\n"), {-4, -4, -9}, {4, 4, 0.25});
+    is(box(water, pool + floor), {-4, -4, -3}, {4, 4, 0.25});
+    is(box(water, pool + "[medium]\nabsorption = 0.1\n"), {-4, -4, -3}, {4, 4, 0.25});  // it is seen from beside
+    // Glass over a wide floor: as far as its shadow, of a sun and of a lamp.
+    const std::string glass = "[[surface]]\nkind = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\ninside = \"glass\"\n",
+                      medium = "[[medium]]\nname = \"glass\"\nior = 1.5\n";
+    text.light = "[[light]]\ntype = \"sun\"\ndirection = [1, 0, -2]\n";
+    is(box(glass, floor + medium), {-1, -1, -3}, {1 + 2, 1, 1});
+    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 3]\npower = 1\n";
+    is(box(glass, floor + medium), {-1 - 2, -1 - 2, -3}, {1 + 2, 1 + 2, 1});
+    // A mirror's light goes anywhere, up to twice its size.
+    const std::string room = "[[object]]\nbox = { min = [-2, -30, -1.5], max = [3, 30, 9] }\n";
+    is(box("[[surface]]\nkind = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\nevent = \"mirror\"\n", room),
+       {-2.25, -5, -1.5}, {3, 5, 5});
+    text.domain = "[domain]\nresolution = 100\nfit = \"light\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
+    EXPECT_THROW(load(text), Error);
+}
+
 TEST_F(SceneTest, SurfacesWithoutSizeCoverTheDomain) {
     const Scene scene = loadSurfaceKeys("waves = [{ amplitude = 0.1, wavelength = 1 }]\ncenter = [0.5, 0, 0]");
     EXPECT_EQ(scene.surfaces[0].outside, Outside::Periodic);

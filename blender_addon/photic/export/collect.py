@@ -11,8 +11,6 @@ from . import lights, materials, meshes
 
 SHAPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 WATER_IOR = 1.333
-MIRROR_REACH = 2.0      # sizes of the mirror that its light is followed over, where receivers go on
-MARGIN_VOXELS = 3       # around everything, so that look-ups on a wall find light on both sides
 
 
 @dataclasses.dataclass
@@ -211,60 +209,6 @@ def _medium(scene_original, scene):
     if any(medium != found[0][1] for _, medium in found):
         scene.notes.append((found[0][0], f"several media are in the scene, and that of '{found[0][0]}' is baked for all"))
     return found[0][1]
-
-
-def automatic_domain(scene, resolution):
-    """The box [m] that holds what bends light, and where its light goes down to what receives it; None without either.
-
-    Receivers are taken as far as light can come: over the refractors' footprint and its shadow.
-    """
-    bending, receiving = scene.of(roles.REFRACTOR, roles.MIRROR), scene.of(roles.RECEIVER, roles.MOVABLE)
-    if not bending:
-        return None
-    low = numpy.min([item.mesh.bounds()[0] for item in bending], axis=0)
-    high = numpy.max([item.mesh.bounds()[1] for item in bending], axis=0)
-    mirrors = bool(scene.of(roles.MIRROR))
-    reach_low, reach_high = low.copy(), high.copy()
-    for item in receiving:
-        a, b = item.mesh.bounds()
-        reach_low[2], reach_high[2] = min(reach_low[2], a[2]), max(reach_high[2], b[2] if mirrors else reach_high[2])
-    open_water = all(abs(item.mesh.mean_normal()[2]) > 0.5 * item.mesh.area() for item in bending)
-    if not open_water:
-        _add_shadow(scene, reach_low, reach_high)
-    if mirrors:
-        size = high - low
-        for item in receiving:
-            a, b = item.mesh.bounds()
-            reach_low = numpy.minimum(reach_low, numpy.maximum(a, low - MIRROR_REACH * size.max()))
-            reach_high = numpy.maximum(reach_high, numpy.minimum(b, high + MIRROR_REACH * size.max()))
-    elif open_water and scene.of(roles.RECEIVER) and not scene.medium.present():
-        _crop_to_receivers(scene, reach_low, reach_high)
-    margin = MARGIN_VOXELS * (reach_high - reach_low).max() / resolution
-    return reach_low - margin, reach_high + margin
-
-
-def _add_shadow(scene, low, high):
-    """Widens a box, in place, by where the lights throw the shadow of its top to its bottom."""
-    corner_low, corner_high, depth = low.copy(), high.copy(), high[2] - low[2]
-    for _, table in scene.lights:
-        place = place_of(table)
-        for corner in (corner_low, corner_high):
-            travel = corner_high - place if place is not None else numpy.array(table["direction"])
-            if place is not None:
-                travel[:2] = corner[:2] - place[:2]
-            if travel[2] < 0:
-                shift = travel[:2] / -travel[2] * depth
-                low[:2] = numpy.minimum(low[:2], corner[:2] + shift)
-                high[:2] = numpy.maximum(high[:2], corner[:2] + shift)
-
-
-def _crop_to_receivers(scene, low, high):
-    """Narrows a box, in place, to the fixed receivers' footprint: wide water over a small pool is no reason for voxels."""
-    bounds = [item.mesh.bounds() for item in scene.of(roles.RECEIVER)]
-    a, b = numpy.min([x[0] for x in bounds], axis=0)[:2], numpy.max([x[1] for x in bounds], axis=0)[:2]
-    new_low, new_high = numpy.maximum(low[:2], a), numpy.minimum(high[:2], b)
-    if (new_high > new_low).all():
-        low[:2], high[:2] = new_low, new_high
 
 
 def still_level(scene):

@@ -10,32 +10,30 @@ from ..core.program import BakerError
 from . import collect
 
 
-def domain_of(settings, scene):
-    """Box [m] that will be baked: the artist's, or the automatic one. Raises BakerError without either."""
+def _box_of(settings, scene):
+    """Keys of [domain]: the artist's box, or that the baker finds it. Raises BakerError without anything to bake."""
     if settings.domain_from == "CUSTOM":
         low, high = numpy.array(settings.domain_min), numpy.array(settings.domain_max)
         if not (high > low).all():
             raise BakerError(f"The domain's box is empty: from {tuple(low)} to {tuple(high)}; draw it larger")
-        return low, high
-    box = collect.automatic_domain(scene, settings.resolution)
-    if box is None and scene.rough:
+        return {"min": low.tolist(), "max": high.tolist()}
+    if scene.of(roles.REFRACTOR, roles.MIRROR):
+        return {"fit": "light"}
+    if scene.rough:
         name, words = scene.rough[0]
         raise BakerError(f"Nothing in the scene bends light: {words}", name)
-    if box is None:
-        raise BakerError("Nothing in the scene bends light: add water or glass (a material with transmission), a mirror, "
-                         "or choose a role in Object Properties > Photic")
-    return box
+    raise BakerError("Nothing in the scene bends light: add water or glass (a material with transmission), a mirror, "
+                     "or choose a role in Object Properties > Photic")
 
 
 def scene_text(settings, scene, folder, methods):
     """A SceneText for the baker; meshes are written into `folder`. `methods` is the catalogue, for their own options."""
     if not scene.lights:
         raise BakerError("There is no light in the scene that is baked; add a Sun, or a lamp")
-    low, high = domain_of(settings, scene)
+    box = _box_of(settings, scene)
     text = toml_text.SceneText()
     sized = {"voxel_size": float(f"{settings.voxel_size:.6g}")} if settings.size_by == "VOXEL" else {"resolution": settings.resolution}
-    text.add("[domain]", {"min": low.tolist(), "max": high.tolist(), **sized,
-                          "shear": "light" if settings.shear else "none"})
+    text.add("[domain]", {**box, **sized, "shear": "light" if settings.shear else "none"})
     for name, table in scene.lights:
         text.add("[[light]]", table, name)
     media = _media(scene)

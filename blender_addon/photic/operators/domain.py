@@ -3,8 +3,7 @@
 import bpy
 
 from ..core.program import BakerError
-from ..export import collect
-from . import bake
+from . import bake, scene_check
 
 
 class PHOTIC_OT_fit_domain(bpy.types.Operator):
@@ -15,10 +14,14 @@ class PHOTIC_OT_fit_domain(bpy.types.Operator):
 
     def execute(self, context):
         settings = context.scene.photic
-        box = collect.automatic_domain(collect.collect(context.evaluated_depsgraph_get()), settings.resolution)
-        if box is None:
-            bake.show_error(self, context, BakerError("Nothing in the scene bends light; there is nothing to fit a box to"))
+        before = settings.domain_from
+        settings.domain_from = "AUTO"
+        try:
+            box = scene_check.estimate(context)["box"]
+        except BakerError as error:
+            settings.domain_from = before
+            bake.show_error(self, context, error)
             return {"CANCELLED"}
         settings.domain_from = "CUSTOM"
-        settings.domain_min, settings.domain_max = box[0].tolist(), box[1].tolist()
+        settings.domain_min, settings.domain_max = box["min"], box["max"]
         return {"FINISHED"}
