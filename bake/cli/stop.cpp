@@ -47,7 +47,7 @@ void waitFor(double seconds) {
 }
 
 void watch(const std::function<void(const Error&)>& last_word) {
-    constexpr double kBetweenLooks = 0.05;
+    constexpr double kBetweenLooks = 0.01;
     while (g_stop == Stop::No) {
         const std::int64_t most = g_most_bytes;
         waitFor(most > 0 ? kBetweenLooks : 3600);
