@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "bake/graded/ray_integrator.h"
+#include "bake/methods/front_obstacles.h"
 #include "bake/paths/optical_scene.h"
 
 namespace photic {
@@ -102,7 +103,7 @@ public:
             photon.power *= share;
             if (!(channelMean(photon.power) > 0)) continue;
             tally.power.emitted += channelMean(photon.power);
-            if (blocked(sample, photon.ray.position)) {
+            if (standsBefore(photons_.caster_, sample, photon.ray.position)) {
                 tally.power.absorbed_surface += channelMean(photon.power);
                 continue;
             }
@@ -128,14 +129,6 @@ private:
         photon.power = plane.irradianceAt(uv) * area * photons_.passes_[pass]->channels;
         photon.lit = ray.lit;
         return photon;
-    }
-
-    /// Whether an object stands between a light and a place.
-    bool blocked(const LightSample& sample, const glm::dvec3& place) const {
-        if (photons_.caster_.empty()) return false;
-        if (!sample.source) return bool(photons_.caster_.firstHit(place, -sample.direction));
-        const glm::dvec3 way = *sample.source - place;
-        return bool(photons_.caster_.firstHit(place, glm::normalize(way), glm::length(way)));
     }
 
     const GradedPhotons& photons_;

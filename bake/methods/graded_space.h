@@ -59,6 +59,8 @@ public:
     /// Voxels that light has to cover where it comes in.
     const FrontBox& target() const { return target_; }
     const FrontSpace& space() const { return space_; }
+    /// What ends light in it, from now on. It must outlive the object.
+    void standIn(const FrontObstacles& obstacles) { space_.obstacles = &obstacles; }
     /// 3 where the media disperse: each channel has an index of its own.
     int passes() const { return media_.disperses() ? 3 : 1; }
 

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <optional>
 
+#include "bake/methods/front_obstacles.h"
 #include "bake/methods/graded_space.h"
 #include "bake/methods/method_options.h"
 #include "bake/methods/wavefront_launch.h"
 #include "bake/paths/emission.h"
+#include "bake/paths/optical_scene.h"
 #include "bake/report/error.h"
 #include "bake/report/stopwatch.h"
 #include "bake/threads/parallel_for.h"
@@ -69,6 +71,8 @@ public:
           frame_(frame),
           medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps}),
           monitor_(monitor) {
+        obstacles_.emplace(scene, frame, medium_.space().low, medium_.space().high);
+        if (!obstacles_->empty()) medium_.standIn(*obstacles_);
         voxelise_.quadrature = scene.bake.quadrature;
         voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
     }
@@ -173,7 +177,9 @@ private:
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
         constexpr int kHalvings = 3;
-        if (2 * (medium_.space().index->largest() - medium_.space().index->least()) < kGentleContrast) return front;
+        if (obstacles_->empty() &&
+            2 * (medium_.space().index->largest() - medium_.space().index->least()) < kGentleContrast)
+            return front;
         const std::size_t most = 3 * front.tubes.size();
         SweepTotals nobodys;
         FrontSweep probe(medium_.space(), field, voxelise_, nobodys, monitor);
@@ -193,6 +199,17 @@ private:
         return whole;
     }
 
+    /// Leaves out the tubes that most rays say are in the shadow of an object.
+    void takeShadowed(Front& front) {
+        std::erase_if(front.tubes, [&](const Front::Tube& tube) {
+            const auto shadowed =
+                std::count_if(tube.ray, tube.ray + 3, [&](std::uint32_t ray) { return front.rays[ray].shadowed; });
+            if (shadowed < 2) return false;
+            totals_.power.absorbed_surface += channelMean(tube.power);
+            return true;
+        });
+    }
+
     /// What some work is of all fronts' work.
     struct Part {
         double from, share;
@@ -206,14 +223,16 @@ private:
                                  medium_.target(),
                                  options_.spacing,
                                  scene_.bake.paths == Paths::All,
-                                 [&](const glm::dvec3& world) { return medium_.media().at(world, channel) >= 0; }};
+                                 [&](const glm::dvec3& world) { return medium_.media().at(world, channel) >= 0; },
+                                 obstacles_->empty() ? nullptr : &obstacles_->caster()};
         FrontProgress progress(monitor_);
         progress.nextFront(part.from, 0);
         std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
         for (Front::Tube& tube : fronts.front().tubes) {
             tube.power *= channels;
-            totals_.power.emitted += (tube.power.x + tube.power.y + tube.power.z) / 3;
+            totals_.power.emitted += channelMean(tube.power);
         }
+        takeShadowed(fronts.front());
         FrontSinks sinks;
         if (strongest_) sinks.strongest = &*strongest_;
         if (first_ && channel == (medium_.passes() > 1 ? 1 : 0)) sinks.first = &*first_;
@@ -230,8 +249,7 @@ private:
             of_turn.from += of_turn.share, of_turn.share = 0.5 * (part.from + part.share - of_turn.from);
         }
         for (const Front& front : fronts)
-            for (const Front::Tube& tube : front.tubes)
-                totals_.power.dropped += (tube.power.x + tube.power.y + tube.power.z) / 3;
+            for (const Front::Tube& tube : front.tubes) totals_.power.dropped += channelMean(tube.power);
     }
 
     const Scene& scene_;
@@ -243,6 +261,7 @@ private:
     static constexpr std::uint32_t kGone = 0xffffffff;
     SweepTotals totals_;
     double index_seconds_ = 0;
+    std::optional<FrontObstacles> obstacles_;
     std::optional<StrongestArrival> strongest_;  // of a pass
     std::optional<FirstArrival> first_;
     ArrivalSums sums_;
@@ -254,12 +273,6 @@ std::string wavefrontRefusal(const Scene& scene) {
     if (!scene.index || scene.index->objects().empty())
         return "the scene has no [[medium]] with an 'index' that varies by itself; beams follows light through faces";
     if (std::string why = gradedSpaceRefusal(scene); !why.empty()) return why;
-    for (const Object& object : scene.objects)
-        if (object.blocks())
-            return fmt::format(
-                "the object '{}' would block light, which is not built yet for fronts beside media whose index "
-                "varies; give it role = \"movable\", or bake with photons",
-                object.name);
     return {};
 }
 

@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "bake/methods/front_obstacles.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -65,6 +66,7 @@ Front::Ray LaunchPlane::rayAt(const glm::dvec2& uv) const {
     ray.momentum[axis_] = sense_ * std::sqrt(std::max(square - across, kLeast));
     ray.lit = launch_.lit || launch_.in_medium(world);
     ray.time = sample_.source ? glm::distance(world, *sample_.source) : glm::dot(direction, world);
+    ray.shadowed = launch_.caster && standsBefore(*launch_.caster, sample_, world);
     return ray;
 }
 

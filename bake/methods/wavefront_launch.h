@@ -8,6 +8,7 @@
 
 #include "bake/methods/wavefront_sweep.h"
 #include "bake/paths/emission.h"
+#include "bake/paths/ray_casting.h"
 
 namespace photic {
 
@@ -25,6 +26,7 @@ struct FrontLaunch {
     bool lit = false;        ///< its light counts before it has been in a medium
     /// Whether a place in the world is in a medium: light that enters there has been in one.
     std::function<bool(const glm::dvec3&)> in_medium{};
+    const RayCaster* caster = nullptr;  ///< what throws shadows; null: nothing does
 };
 
 /// A light's rays on the plane by which it enters the space: on the side that the light comes from.

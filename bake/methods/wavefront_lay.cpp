@@ -12,7 +12,8 @@ constexpr std::size_t kTubesOfBlock = 128;
 
 }  // namespace
 
-void FrontSweep::pack(const Front& front, Packed& packed) const {
+void FrontSweep::pack(const Front& front, const std::vector<TubeEnd>& ends, Packed& packed) const {
+    packed.set = {}, packed.cells.clear(), packed.bent.rays.clear();
     TubeSet& set = packed.set;
     const int channels = field_.channels().irradiance;
     set.axis = front.axis, set.sense = front.sense, set.channels = channels;
@@ -37,10 +38,15 @@ void FrontSweep::pack(const Front& front, Packed& packed) const {
                 BlockTopology::Triangle triangle{};
                 for (int c = 0; c < 3; ++c) {
                     const std::uint32_t ray = front.tubes[t].ray[c];
-                    if (stamp[ray] != block_number) {
+                    CornerRay corner;
+                    corner.w = front.rays[ray].voxel[front.axis];
+                    corner.w_end = !ends.empty() && ends[t].ends ? ends[t].deposit[static_cast<std::size_t>(c)]
+                                                                 : front.sense * kFarLayers;
+                    // Tubes share a corner where their light ends alike.
+                    const bool known = stamp[ray] == block_number &&
+                                       set.corners[block.first_corner + local[ray]].w_end == corner.w_end;
+                    if (!known) {
                         stamp[ray] = block_number, local[ray] = corners++;
-                        CornerRay corner;
-                        corner.w = front.rays[ray].voxel[front.axis], corner.w_end = front.sense * kFarLayers;
                         set.corners.push_back(corner), packed.bent.rays.push_back(ray);
                     }
                     triangle.corner[c] = static_cast<std::uint8_t>(local[ray]);
@@ -125,7 +131,7 @@ void FrontSweep::packTurned(const Front& front, const Chunk& chunk, const State&
         }
         loose.tubes.push_back(tube);
     }
-    pack(loose, packed);
+    pack(loose, {}, packed);
     packed.bent.timed = state.packed.bent.timed;
     packed.set.slope_power = state.packed.set.slope_power, packed.set.slope_u_power = state.packed.set.slope_u_power,
     packed.set.slope_v_power = state.packed.set.slope_v_power;

@@ -2,6 +2,9 @@
 // What a sweep holds while it runs; for the sources of FrontSweep alone.
 #pragma once
 
+#include <array>
+
+#include "bake/methods/front_obstacles.h"
 #include "bake/methods/wavefront_sweep.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/tubes/bent_rows.h"
@@ -30,11 +33,34 @@ struct FrontSweep::Turned {
     int lane;  ///< that it does not pass any more
 };
 
+/// Where a ray meets an object or turns away, counted along the light.
+struct FrontSweep::RayEnd {
+    double hit = kFarLayers, turns = kFarLayers;  ///< [layers] times the front's sense
+    double deposit = 0;                           ///< [layers] where its light ends, behind a receiver
+    glm::dvec3 last{0}, face{0};  ///< in index space: where that is on a straight way; the face's normal
+    bool done = false;            ///< deposit is found
+    bool beside = false;          ///< the voxels that fronts cross
+    double lit = 0;
+    glm::dvec3 left{0};  ///< of its power, per channel, where it meets it
+    Target target;
+    bool meets() const { return hit < kFarLayers; }
+};
+
+/// Where a tube ends on objects.
+struct FrontSweep::TubeEnd {
+    bool ends = false;
+    std::array<double, 3> deposit{};  ///< [layers], of its corners
+    double last = -kFarLayers;        ///< of them, times the front's sense
+    double lit = 0, beside = 0;       ///< shares
+    glm::dvec3 left{0};               ///< of its power, per channel
+};
+
 struct FrontSweep::State {
     FrontRays rays, before;  ///< before: at the chunk's entry
     Packed packed;
     IndexSlices slices;
-    std::vector<char> alive;  ///< per tube
+    std::vector<char> alive;    ///< per tube
+    std::vector<TubeEnd> ends;  ///< per tube; empty where nothing stands in the scene
     std::vector<Turned> turned;
     std::map<std::pair<int, int>, Front> next;  ///< by axis and sense
     std::map<std::pair<int, int>, std::map<std::pair<std::uint32_t, int>, std::uint32_t>> places;  ///< of rays in them

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 #include "bake/methods/wavefront_state.h"
 #include "bake/report/stopwatch.h"
@@ -95,6 +96,10 @@ void FrontSweep::countLoss(const glm::dvec3& power, const glm::dvec3& left) {
 void FrontSweep::finish(const Front& front, const State& state) {
     for (std::size_t t = 0; t < front.tubes.size(); ++t) {
         if (!state.alive[t]) continue;
+        if (!state.ends.empty() && state.ends[t].ends) {
+            countEnd(front, t, state.ends[t]);
+            continue;
+        }
         glm::dvec3 left(0);
         double lit = 0;  // a tube at the rim of a medium counts by its corners
         for (const std::uint32_t ray : front.tubes[t].ray) {
@@ -114,6 +119,12 @@ std::vector<std::uint32_t> FrontSweep::findLost(Front front, int turns) {
     for (std::uint32_t t = 0; t < front.tubes.size(); ++t) front.tubes[t].source = t;
     std::vector<std::uint32_t> lost;
     lost_ = &lost;
+    for (const Front::Tube& tube : front.tubes) {
+        const int shadowed = std::accumulate(tube.ray, tube.ray + 3, 0, [&](int sum, std::uint32_t ray) {
+            return sum + (front.rays[ray].shadowed ? 1 : 0);
+        });
+        if (shadowed == 1 || shadowed == 2) lost.push_back(tube.source);
+    }
     std::vector<Front> fronts{std::move(front)};
     for (int turn = 0; turn <= turns && !fronts.empty(); ++turn) {
         std::vector<Front> next;
@@ -146,16 +157,20 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         state.rays.lit[r] = ray.lit ? 1.0f : 0.0f;
         if (state.timed) state.rays.time[r] = static_cast<float>(ray.time - state.time_origin);
     }
-    pack(front, state.packed);
+    const auto groups =
+        planSlabs(field_.needed(), front.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
+    const std::vector<Chunk> chunks = chunksOf(front, groups);
+    pack(front, {}, state.packed);
     state.packed.bent.timed = state.timed;
+    if (space_.obstacles) {
+        findEnds(front, chunks, state);
+        pack(front, state.ends, state.packed);
+    }
     if (sinks_.strongest && !lost_) sinks_.strongest->beginFront();
     state.alive.assign(front.tubes.size(), 1);
     totals_.tubes += static_cast<std::int64_t>(front.tubes.size());
     totals_.rays += static_cast<std::int64_t>(front.rays.size());
 
-    const auto groups =
-        planSlabs(field_.needed(), front.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
-    const std::vector<Chunk> chunks = chunksOf(front, groups);
     double earliest = kFarLayers;
     for (const Front::Ray& ray : front.rays) earliest = std::min(earliest, front.sense * ray.voxel[front.axis]);
     std::size_t done = 0;
@@ -172,6 +187,7 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         else
             for (const Turned& t : state.turned)
                 for (float& power : state.packed.set.tubes[t.tube].power) power = 0;
+        retire(front, chunk, state);
         totals_.deposit_seconds += watch.seconds();
     }
     finish(front, state);

@@ -23,6 +23,7 @@ struct Front {
         glm::dvec3 momentum{0};  ///< along the ray, as long as n; world
         bool lit = false;        ///< it has been in a medium
         double time = 0;         ///< optical path so far [m]
+        bool shadowed = false;   ///< an object stands between it and its light
     };
     struct Tube {
         std::uint32_t ray[3] = {0, 0, 0};
@@ -36,6 +37,8 @@ struct Front {
     std::vector<Tube> tubes;  ///< neighbours near each other: each 128 are handled together
 };
 
+class FrontObstacles;
+
 /// What a front goes through.
 struct FrontSpace {
     const SplineIndex* index = nullptr;
@@ -47,6 +50,7 @@ struct FrontSpace {
     glm::dvec3 absorbed_share{1};          ///< of all that is attenuated, per channel; the rest is scattered
     float least_lit = 1e-3f;               ///< difference of n^2 / 2 from the air's that counts as being in a medium
     int steps = 1;                         ///< a layer, at least
+    const FrontObstacles* obstacles = nullptr;  ///< what ends light; null: nothing stands in the scene
 };
 
 /// What a sweep counts.
@@ -74,7 +78,8 @@ public:
     /// @return the fronts along other axes that go on where tubes of this one turned away
     std::vector<Front> run(const Front& front);
 
-    /// Which tubes of a front would be given up, now or after up to `turns` turns; lays nothing. Its counts are those
+    /// Which tubes of a front would be given up, now or after up to `turns` turns, or have rays that end on different
+    /// objects or one in a shadow; lays nothing. Its counts are those
     /// of a bake, so the totals should be none that anybody reads.
     std::vector<std::uint32_t> findLost(Front front, int turns);
 
@@ -84,13 +89,21 @@ private:
     struct State;
     struct Turned;
     struct Leaving;
+    struct RayEnd;
+    struct TubeEnd;
+    struct WayPoint;
 
     /// The voxel that rays and rows count from: single precision holds no map's coordinates.
     glm::ivec3 origin() const { return field_.frame().min; }
     std::vector<Chunk> chunksOf(const Front& front, const std::vector<SlabGroup>& groups) const;
-    void pack(const Front& front, Packed& packed) const;
+    void pack(const Front& front, const std::vector<TubeEnd>& ends, Packed& packed) const;
     int stepsIn(const Front& front, const Chunk& chunk) const;
     void march(const Front& front, const Chunk& chunk, State& state);
+    void follow(const Front& front, const WayPoint& from, const WayPoint& to, double lit, RayEnd& end) const;
+    void findRayEnds(const Front& front, const std::vector<Chunk>& chunks, State& state, std::vector<RayEnd>& ends);
+    void findEnds(const Front& front, const std::vector<Chunk>& chunks, State& state);
+    void countEnd(const Front& front, std::size_t tube, const TubeEnd& end);
+    void retire(const Front& front, const Chunk& chunk, State& state);
     void turnAway(const Front& front, const Chunk& chunk, State& state);
     void carryOn(int axis, double layers, Front::Ray& ray) const;
     Leaving leave(const Front& front, const Chunk& chunk, const State& state, std::uint32_t ray, int lane) const;

@@ -13,7 +13,7 @@ namespace photic {
 void FrontSweep::turnAway(const Front& front, const Chunk& chunk, State& state) {
     state.turned.clear();
     for (std::size_t t = 0; t < front.tubes.size(); ++t) {
-        if (!state.alive[t]) continue;
+        if (!state.alive[t] || (!state.ends.empty() && state.ends[t].ends)) continue;
         int earliest = -1;
         for (const std::uint32_t ray : front.tubes[t].ray) {
             const int lane = state.rays.stopped[ray];

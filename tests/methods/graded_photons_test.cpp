@@ -16,28 +16,6 @@
 namespace photic {
 namespace {
 
-GivenOptions paths(std::int64_t count) { return with("count", count); }
-
-struct Difference {
-    double apart = 0, error = 0;  ///< mean absolute difference and mean standard error, of the mean light
-    double total = 0;             ///< of the second bake's light over the first one's
-};
-
-/// Photons against a bake of the same grid that has no noise.
-Difference compare(const Bake& photons, const Bake& smooth) {
-    const GridFrame& frame = photons.field().frame();
-    double difference = 0, error = 0, sum = 0, other = 0;
-    for (int k = frame.min.z; k <= frame.max.z; ++k)
-        for (int j = frame.min.y; j <= frame.max.y; ++j)
-            for (int i = frame.min.x; i <= frame.max.x; ++i) {
-                const glm::ivec3 voxel(i, j, k);
-                difference += std::fabs(photons.fluence(voxel) - smooth.fluence(voxel));
-                error += double(photons.result.standard_error->value(voxel, 0));
-                sum += photons.fluence(voxel), other += smooth.fluence(voxel);
-            }
-    return {difference / other, error / other, sum / other};
-}
-
 /// Photons beside fine fronts, with all light counted: where light begins to count, both are a voxel off. Noise alone
 /// is 0.8 standard errors on average.
 void expectAlike(Scene scene, double bias, const std::string& what) {

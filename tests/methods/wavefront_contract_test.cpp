@@ -157,8 +157,7 @@ TEST(Wavefront, RefusesByNameWhatItCannotBake) {
     };
     const std::string lens = medium("{ kind = \"luneburg\", radius = 0.5 }");
     EXPECT_EQ(refusal(lens), "");
-    EXPECT_NE(refusal(lens + "[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -1] }\n").find("'floor'"),
-              std::string::npos);
+    EXPECT_EQ(refusal(lens + "[[object]]\nname = \"floor\"\nplane = { point = [0, 0, -1] }\n"), "");
     EXPECT_EQ(refusal(lens + "[[object]]\nname = \"floor\"\nrole = \"movable\"\nplane = { point = [0, 0, -1] }\n"), "");
     const std::string ball =
         "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.2\ninside = \"glass\"\n[[medium]]\nname = "

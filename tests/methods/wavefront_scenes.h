@@ -2,6 +2,9 @@
 // Small scenes with media whose index varies.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -40,5 +43,28 @@ inline std::string medium(const std::string& index, const std::string& more = ""
 }
 
 inline GivenOptions with(const std::string& key, OptionValue value) { return {{key, {std::move(value), "test"}}}; }
+
+inline GivenOptions paths(std::int64_t count) { return with("count", count); }
+
+struct Difference {
+    double apart = 0, error = 0;  ///< mean absolute difference and mean standard error, of the mean light
+    double total = 0;             ///< of the second bake's light over the first one's
+};
+
+/// Photons against a bake of the same grid that has no noise.
+/// @param lowest  layer that is looked at
+inline Difference compare(const Bake& photons, const Bake& smooth, int lowest = -1000000) {
+    const GridFrame& frame = photons.field().frame();
+    double difference = 0, error = 0, sum = 0, other = 0;
+    for (int k = std::max(lowest, frame.min.z); k <= frame.max.z; ++k)
+        for (int j = frame.min.y; j <= frame.max.y; ++j)
+            for (int i = frame.min.x; i <= frame.max.x; ++i) {
+                const glm::ivec3 voxel(i, j, k);
+                difference += std::fabs(photons.fluence(voxel) - smooth.fluence(voxel));
+                error += double(photons.result.standard_error->value(voxel, 0));
+                sum += photons.fluence(voxel), other += smooth.fluence(voxel);
+            }
+    return {difference / other, error / other, sum / other};
+}
 
 }  // namespace photic

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where objects end a front.
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "bake/methods/wavefront_state.h"
+#include "bake/threads/parallel_for.h"
+
+namespace photic {
+
+/// Where a ray is on its way, in index space.
+struct FrontSweep::WayPoint {
+    glm::dvec3 voxel{0}, left{1};  // left: of its power, per channel
+};
+
+/// Follows a ray's end from one place to the next, along the light.
+void FrontSweep::follow(const Front& front, const WayPoint& from, const WayPoint& to, double lit, RayEnd& end) const {
+    const int w = front.axis;
+    if (!end.meets()) {
+        const auto hit = space_.obstacles->onWay(from.voxel, to.voxel);
+        if (!hit) return;
+        const glm::dvec3 way = to.voxel - from.voxel;
+        end.hit = front.sense * (from.voxel[w] + hit->at * way[w]), end.target = hit->target;
+        end.last = from.voxel + hit->deposit * way, end.face = hit->normal;
+        end.beside = hit->beside, end.lit = lit, end.left = glm::mix(from.left, to.left, hit->at);
+    }
+    // Behind a receiver light goes on to a plane beside its face, bent as it is, and no further than straight on.
+    const double before = glm::dot(from.voxel - end.last, end.face), behind = glm::dot(to.voxel - end.last, end.face);
+    const bool crosses = before != behind && (before > 0) != (behind > 0);
+    const double crossing = crosses ? glm::mix(from.voxel[w], to.voxel[w], before / (before - behind)) : end.last[w];
+    end.deposit = front.sense * std::min(front.sense * crossing, front.sense * end.last[w]);
+    end.deposit = front.sense * std::max(front.sense * end.deposit, end.hit);
+    end.done = crosses || front.sense * (to.voxel[w] - end.last[w]) >= 0;
+}
+
+/// Marches a front ahead, and notes where its rays meet objects and where they turn away.
+void FrontSweep::findRayEnds(const Front& front, const std::vector<Chunk>& chunks, State& state,
+                             std::vector<RayEnd>& ends) {
+    const auto axes = axesFor(front.axis);
+    const FrontRays start = state.rays;
+    const BentRows& bent = state.packed.bent;
+    ends.assign(front.rays.size(), {});
+    const auto voxelAt = [&](double u, double v, double w) {
+        glm::dvec3 voxel;
+        voxel[axes[0]] = u, voxel[axes[1]] = v, voxel[axes[2]] = w;
+        return voxel + glm::dvec3(origin());
+    };
+    for (const Chunk& chunk : chunks) {
+        monitor_.checkCancelled();
+        march(front, chunk, state);
+        const bool last_chunk = &chunk == &chunks.back();
+        const int first_w = chunk.first - origin()[front.axis];
+        parallelFor(static_cast<std::int64_t>(front.rays.size()), [&](std::int64_t i) {
+            const auto r = static_cast<std::size_t>(i);
+            RayEnd& end = ends[r];
+            if (end.done || end.turns < kFarLayers) return;
+            const FrontRays& before = state.before;
+            double last_w = double(before.w[r]);
+            WayPoint last{voxelAt(double(before.u[r]), double(before.v[r]), last_w)};
+            for (int k = 0; k < 3 && state.attenuates; ++k)
+                last.left[k] = std::exp(-double(before.depth[std::min(k, state.channels - 1)][r]));
+            const float* rows = &bent.values[r * bent.rayStride()];
+            for (int layer = 0; layer < chunk.layers && !end.done; ++layer) {
+                const int lane = front.sense > 0 ? layer : chunk.layers - 1 - layer;
+                const auto row = [&](int which) { return double(rows[which * BentRows::kLanes + lane]); };
+                if (state.rays.stopped[r] == lane) {
+                    end.turns = front.sense * (chunk.first + lane - 0.5 * front.sense);
+                    return;
+                }
+                const double w = first_w + lane;
+                if (front.sense * (w - last_w) <= 0) continue;  // it has not started
+                WayPoint at{voxelAt(row(BentRows::kU), row(BentRows::kV), w)};
+                for (int k = 0; k < 3; ++k) at.left[k] = row(BentRows::kLeft + std::min(k, bent.channels - 1));
+                follow(front, last, at, row(BentRows::kLit), end);
+                last = at, last_w = w;
+                if (!last_chunk || layer + 1 < chunk.layers) continue;
+                const double half = 0.5 * front.sense;  // to the far side of the last layer
+                at.voxel = voxelAt(row(BentRows::kU) + half * row(BentRows::kSlopeU),
+                                   row(BentRows::kV) + half * row(BentRows::kSlopeV), w + half);
+                if (!end.done) follow(front, last, at, row(BentRows::kLit), end);
+            }
+        });
+    }
+    state.rays = start;
+}
+
+/// Where the tubes of a front end on objects. A tube of which one ray meets something else, or much later, ends where
+/// the middle one of its rays does; it is as narrow as it can be.
+void FrontSweep::findEnds(const Front& front, const std::vector<Chunk>& chunks, State& state) {
+    std::vector<RayEnd> rays;
+    findRayEnds(front, chunks, state, rays);
+    state.ends.assign(front.tubes.size(), {});
+    // Layers: what is steeper is not one face that the tube meets, unless it is flat.
+    constexpr double kSteep = 4, kLedge = 1;
+    constexpr double kFlat = 1e-6;  // of normals
+    for (std::size_t t = 0; t < front.tubes.size(); ++t) {
+        const Front::Tube& tube = front.tubes[t];
+        double turns = kFarLayers;
+        for (const std::uint32_t ray : tube.ray) turns = std::min(turns, rays[ray].turns);
+        std::array<const RayEnd*, 3> met{};
+        int count = 0;
+        for (const std::uint32_t ray : tube.ray)
+            if (rays[ray].hit < turns) met[static_cast<std::size_t>(count++)] = &rays[ray];
+        if (count == 0) continue;
+        const auto later = [](const RayEnd* a, const RayEnd* b) { return a->hit < b->hit; };
+        const auto [first, last] = std::minmax_element(met.begin(), met.begin() + count, later);
+        const double spread = (*last)->hit - (*first)->hit;
+        const auto all = [&](const auto& alike) { return std::all_of(met.begin(), met.begin() + count, alike); };
+        const bool same = all([&](const RayEnd*end) { return end->target == met[0]->target; }),
+                   flat = same && all([&](const RayEnd*end) { return glm::distance(end->face, met[0]->face) < kFlat; });
+        TubeEnd& end = state.ends[t];
+        const bool agree = count == 3 && (flat || spread <= (same ? kSteep : kLedge));
+        if (!agree && lost_) lost_->push_back(tube.source);
+        if (count == 1) continue;
+        if (!agree) {
+            // Of two, a third goes on for ever.
+            const RayEnd* middle = *last;
+            for (int i = 0; i < count && count == 3; ++i)
+                if (met.begin() + i != first && met.begin() + i != last) middle = met[static_cast<std::size_t>(i)];
+            met = {middle, middle, middle};
+        }
+        end.ends = true;
+        for (std::size_t c = 0; c < 3; ++c) {
+            end.deposit[c] = met[c]->deposit;
+            end.last = std::max(end.last, front.sense * met[c]->deposit);
+            end.lit += met[c]->lit / 3, end.left += met[c]->left / 3.0, end.beside += met[c]->beside ? 1 / 3.0 : 0;
+        }
+    }
+}
+
+void FrontSweep::countEnd(const Front& front, std::size_t tube, const TubeEnd& end) {
+    const glm::dvec3& power = front.tubes[tube].power;
+    countLoss(power, end.left);
+    const double passes = channelMean(power * end.left), arrives = passes * (1 - end.beside);
+    totals_.power.received += arrives * end.lit, totals_.power.absorbed_surface += arrives * (1 - end.lit);
+    totals_.power.escaped += passes * end.beside * end.lit, totals_.power.culled += passes * end.beside * (1 - end.lit);
+}
+
+/// Takes tubes that a chunk has laid to their ends.
+void FrontSweep::retire(const Front& front, const Chunk& chunk, State& state) {
+    if (state.ends.empty()) return;
+    const double exit = front.sense * (front.sense > 0 ? chunk.first + chunk.layers - 0.5 : chunk.first - 0.5);
+    for (std::size_t t = 0; t < front.tubes.size(); ++t) {
+        if (!state.alive[t] || !state.ends[t].ends || state.ends[t].last > exit) continue;
+        state.alive[t] = 0;
+        for (float& power : state.packed.set.tubes[t].power) power = 0;
+        countEnd(front, t, state.ends[t]);
+    }
+}
+
+}  // namespace photic
