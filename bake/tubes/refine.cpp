@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <glm/geometric.hpp>
 
 namespace photic {
@@ -161,17 +160,6 @@ double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
     return largest(onPlane(a) - 2.0 * at + onPlane(b));
 }
 
-std::size_t Refiner::ParamHash::operator()(const EmissionParam& p) const {
-    std::uint64_t hash = 0x9e3779b97f4a7c15ull;
-    for (const double value : {p.position.x, p.position.y, p.position.z, p.normal.x, p.normal.y, p.normal.z}) {
-        std::uint64_t bits;
-        std::memcpy(&bits, &value, sizeof bits);
-        hash = (hash ^ bits) * 0xbf58476d1ce4e5b9ull;
-        hash ^= hash >> 29;
-    }
-    return static_cast<std::size_t>(hash);
-}
-
 double Refiner::leastPower() const {
     return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share;
 }
@@ -217,36 +205,38 @@ bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
 
 void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, double bend) {
     const double width = compare_.width(a, b);
-    Edge& edge = edges_[middle(a.param, b.param)];
+    const EmissionParam param = middle(a.param, b.param);
+    bool fresh = false;
+    Edge& edge = edges_->at(param, fresh);
     edge.split =
         bend > options_.tolerance || tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
         (width > options_.silhouette &&
          ((!obstacles_.none() && obstacles_.between(a, b, width)) || (width > 1 && compare_.standApart(a, b))));
-    if (edge.split) traceMiddle(edge, middle(a.param, b.param), face);
+    if (edge.split) traceMiddle(edge, param, face);
 }
 
 void Refiner::traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face) {
     // One triangle of a rough mesh may be divided for minutes.
     constexpr std::int64_t kRaysBetweenLooks = 64;
     if (options_.monitor && traced_ % kRaysBetweenLooks == 0) options_.monitor->checkCancelled();
-    edge.middle = tracer_.trace(param, face), edge.traced = true;
+    edge.middle = &edges_->keep(tracer_.trace(param, face));
     ++traced_;
 }
 
 const Refiner::Edge& Refiner::edgeBetween(const Path& a, const Path& b, const glm::dvec3& face) {
     const EmissionParam param = middle(a.param, b.param);
-    auto [it, fresh] = edges_.try_emplace(param);
+    bool fresh = false;
+    Edge& edge = edges_->at(param, fresh);
     const double width = fresh ? compare_.width(a, b) : 0;
     if (fresh && !isFineEnough(a, b, width)) {
-        traceMiddle(it->second, param, face);
-        it->second.split = mustSplit(a, b, it->second.middle, width);
+        traceMiddle(edge, param, face);
+        edge.split = mustSplit(a, b, *edge.middle, width);
     }
-    return it->second;
+    return edge;
 }
 
 int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth) {
     if (depth >= options_.max_depth || isSliver(a.param, b.param, c.param)) return builder_.add(a, b, c, face);
-    // References into an unordered_map stay valid while it grows.
     const Edge &ab = edgeBetween(a, b, face), &bc = edgeBetween(b, c, face), &ca = edgeBetween(c, a, face);
     const Path* corners[3] = {&a, &b, &c};
     const Edge* edges[3] = {&ab, &bc, &ca};
@@ -261,7 +251,7 @@ int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& 
     const Edge* halved[3];
     for (int i = 0; i < 3; ++i) {
         all[i] = *edges[i];
-        if (!all[i].traced) traceMiddle(all[i], middle(corners[i]->param, corners[(i + 1) % 3]->param), face);
+        if (!all[i].middle) traceMiddle(all[i], middle(corners[i]->param, corners[(i + 1) % 3]->param), face);
         all[i].split = true, halved[i] = &all[i];
     }
     return divide(corners, halved, face, depth + 1);
@@ -304,8 +294,8 @@ int Refiner::divided(const Path* const* corners, const Edge* const* edges, const
     };
     const int splits = edges[0]->split + edges[1]->split + edges[2]->split;
     if (splits == 3) {
-        for (int i = 0; i < 3; ++i) part(*corners[i], edges[i]->middle, edges[(i + 2) % 3]->middle);
-        part(edges[0]->middle, edges[1]->middle, edges[2]->middle);
+        for (int i = 0; i < 3; ++i) part(*corners[i], *edges[i]->middle, *edges[(i + 2) % 3]->middle);
+        part(*edges[0]->middle, *edges[1]->middle, *edges[2]->middle);
         return met;
     }
     // Turned so that the one edge that differs from the others comes first.
@@ -313,12 +303,12 @@ int Refiner::divided(const Path* const* corners, const Edge* const* edges, const
     while (edges[first]->split != (splits == 1)) ++first;
     const Path &a = *corners[first], &b = *corners[(first + 1) % 3], &c = *corners[(first + 2) % 3];
     if (splits == 1) {
-        const Path& m = edges[first]->middle;
+        const Path& m = *edges[first]->middle;
         part(a, m, c), part(m, b, c);
         return met;
     }
     // Two edges: cut off the corner between them, which is c, and halve the rest.
-    const Path &bc = edges[(first + 1) % 3]->middle, &ca = edges[(first + 2) % 3]->middle;
+    const Path &bc = *edges[(first + 1) % 3]->middle, &ca = *edges[(first + 2) % 3]->middle;
     part(c, ca, bc), part(ca, a, b), part(ca, b, bc);
     return met;
 }

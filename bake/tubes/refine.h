@@ -2,10 +2,10 @@
 #pragma once
 
 #include <glm/vec3.hpp>
-#include <unordered_map>
 
 #include "bake/paths/path_tracer.h"
 #include "bake/report/monitor.h"
+#include "bake/tubes/edge_table.h"
 #include "bake/tubes/obstacles.h"
 #include "bake/tubes/tube_builder.h"
 
@@ -91,13 +91,7 @@ public:
     std::int64_t traced() const { return traced_; }
 
 private:
-    struct Edge {
-        Path middle;  ///< where `traced`
-        bool split = false, traced = false;
-    };
-    struct ParamHash {
-        std::size_t operator()(const EmissionParam& p) const;
-    };
+    using Edge = EdgeTable::Edge;
 
     // Both return what TubeBuilder::add does of all the tubes that they laid.
     int add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face, int depth);
@@ -116,7 +110,7 @@ private:
     TubeBuilder& builder_;
     RefineOptions options_;
     PathComparison compare_;
-    std::unordered_map<EmissionParam, Edge, ParamHash> edges_;  // by the middle's parameter
+    LentEdgeTable edges_;
     std::int64_t traced_ = 0;
 };
 
