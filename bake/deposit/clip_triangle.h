@@ -61,7 +61,12 @@ void shareAmongCells(const double x[3], const double y[3], int columns, int rows
     for (int row = first_row; row <= last_row; ++row) {
         const ClipPolygon strip = clip<&ClipPoint::y>(clip<&ClipPoint::y>(whole, row, 1), row + 1, -1);
         if (strip.count < 3) continue;
-        for (int column = first_column; column <= last_column; ++column) {
+        // A long thin triangle comes by few of its box's columns in a row.
+        const auto by_x = [](const ClipPoint& a, const ClipPoint& b) { return a.x < b.x; };
+        const auto [least, most] = std::minmax_element(strip.points, strip.points + strip.count, by_x);
+        const int first = std::max(first_column, static_cast<int>(std::floor(least->x)));
+        const int last = std::min(last_column, static_cast<int>(std::floor(most->x)));
+        for (int column = first; column <= last; ++column) {
             const ClipPolygon cell = clip<&ClipPoint::x>(clip<&ClipPoint::x>(strip, column, 1), column + 1, -1);
             if (cell.count >= 3) visit(row, column, sourceFraction(cell));
         }
