@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "bake/baker/machine_speed.h"
 #include "bake/methods/lobe_axis.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -20,7 +21,7 @@ constexpr double kProgramBytes = 6e7;
 // What any bake takes for its scene, its threads and its files [s].
 constexpr double kSceneSeconds = 0.02;
 // On one thread, measured on a 2.6 GHz server core.
-constexpr double kSecondsAPrefilteredVoxel = 2.1e-8, kSecondsADensityVoxel = 5e-8, kSecondsAWrittenValue = 1.9e-8;
+constexpr double kSecondsAPrefilteredVoxel = 2.1e-8, kSecondsADensityVoxel = 4e-8, kSecondsAWrittenValue = 1.4e-8;
 
 /// Whole bytes of an estimate, which may exceed what an integer holds.
 std::int64_t wholeBytes(double bytes) { return static_cast<std::int64_t>(std::min(bytes, 8e18)); }
@@ -71,6 +72,7 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     }
     // The grids are built and packed on one thread.
     cost.stages.push_back({"write", values * kSecondsAWrittenValue});
+    for (Stage& stage : cost.stages) stage.seconds *= machineSlowness();
     return cost;
 }
 

@@ -15,6 +15,7 @@
 #include "bake/baker/dark_bake.h"
 #include "bake/baker/lookup_advice.h"
 #include "bake/baker/lookup_error.h"
+#include "bake/baker/machine_speed.h"
 #include "bake/baker/post_steps.h"
 #include "bake/baker/report_json.h"
 #include "bake/baker/version.h"
@@ -326,6 +327,7 @@ void prefilter(BakeResult& result, Monitor& monitor) {
 
 BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& choices) {
     checkPostSteps(choices.post);
+    machineSlowness();  // before this scene's shapes are kept
     RememberingMonitor monitor(caller);
     const KeptShapes shapes;
     Stopwatch watch;

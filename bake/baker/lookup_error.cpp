@@ -25,8 +25,8 @@ namespace {
 
 constexpr int kTexelsASide = 512, kMostTexelsASide = 2048;
 constexpr double kShareOfBake = 0.25;
-// Shadow edges take more than planeLightSeconds knows, and light that comes to a wall slantwise more yet.
-constexpr double kDearer = 4, kDearerOnWalls = 14;
+// Of a part's light, with its look-ups; and what it takes to ask planeLightSeconds for that [s].
+constexpr double kDearer = 1.8, kSecondsAQuestion = 0.02;
 // Upright strips of a receiver, in an order in which the first few lie far apart. Light differs with the depth of a
 // wall, and is much the same from strip to strip.
 constexpr std::array<int, 8> kStrips{2, 5, 0, 7, 4, 1, 6, 3};
@@ -223,15 +223,19 @@ std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, 
                                             [](const Surface& s) { return s.height_field == nullptr; });
     if (launched_whole) return {};
     double& budget = allowance.seconds;
-    const double whole =
-        (std::fabs(texels.normal.z) > 0.7 ? kDearer : kDearerOnWalls) * planeLightSeconds(scene, texels, tolerance);
+    if (allowance.at_least == 0 && budget < 2 * kSecondsAQuestion) return {};
+    budget = std::max(0.0, budget - kSecondsAQuestion);
+    // A strip takes what its part of the whole does, and more where the face is so small that its surroundings count.
+    const bool narrow = texels.columns < static_cast<int>(kStrips.size());
+    const double a_part = kDearer * planeLightSeconds(scene, narrow ? texels : stripOf(texels, kStrips[0]), tolerance);
+    const double whole = narrow ? a_part : a_part * double(kStrips.size());
     if (whole <= budget) {
         budget -= whole;
         return {texels};
     }
-    auto strips = std::min(static_cast<std::size_t>(budget / whole * double(kStrips.size())), kStrips.size());
+    auto strips = narrow ? 0 : static_cast<std::size_t>(budget / a_part);
     if (strips < kFewestStrips) strips = allowance.at_least;
-    budget = std::max(0.0, budget - whole * static_cast<double>(strips) / double(kStrips.size()));
+    budget = std::max(0.0, budget - a_part * static_cast<double>(strips));
     std::vector<PlaneTexels> parts;
     for (std::size_t i = 0; i < strips; ++i) {
         const PlaneTexels strip = stripOf(texels, kStrips[i]);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <optional>
 
 #include "bake/methods/front_obstacles.h"
@@ -108,6 +109,9 @@ public:
         return first_->take();
     }
 
+    /// Counts what run() takes, for an estimate. @param work  must outlive the bake
+    void countInto(SweepWork& work) { totals_.work = &work; }
+
     void report(BakeReport& out, const LightField& field) {
         double sum = 0;
         const int channels = field.channels().irradiance;
@@ -182,6 +186,7 @@ private:
             return front;
         const std::size_t most = 3 * front.tubes.size();
         SweepTotals nobodys;
+        nobodys.work = totals_.work;
         FrontSweep probe(medium_.space(), field, voxelise_, nobodys, monitor);
         Front whole;
         whole.axis = front.axis, whole.sense = front.sense;
@@ -276,34 +281,64 @@ std::string wavefrontRefusal(const Scene& scene) {
     return {};
 }
 
+/// A grid over the same place with voxels `times` as wide.
+GridFrame coarser(const GridFrame& frame, int times) {
+    const auto whole = [times](const glm::ivec3& voxel) {
+        return glm::ivec3(glm::floor(glm::dvec3(voxel) / double(times)));
+    };
+    return {frame.worldFromIndex() * double(times), frame.worldFromIndex(glm::dvec3(0.5 * (times - 1))),
+            whole(frame.min), whole(frame.max)};
+}
+
+/// What a bake takes with one direction a light: counted in one with voxels so wide that it is quick. How light turns
+/// depends little on them, and all grows with their number.
+SweepWork countedWork(const Scene& scene, WavefrontOptions options, const GridFrame& frame, double nodes) {
+    constexpr double kNodes = 4e4;
+    const int times = std::max(1, static_cast<int>(std::ceil(std::cbrt(nodes / kNodes))));
+    options.disc_samples = 1, options.arrivals = WavefrontArrivals::All;
+    const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(coarser(frame, times)));
+    LightField field(needed, {scene.coloured() ? 3 : 1, scene.bake.grids.direction});
+    Monitor quiet;
+    SweepWork work;
+    WavefrontBake bake(scene, options, needed->frame(), quiet);
+    bake.countInto(work);
+    bake.run(field);
+    const double grown = static_cast<double>(times) * times * times;
+    return {grown * work.ray_steps, grown * work.nodes, work.deposit * grown};
+}
+
 MethodCost wavefrontCost(const CostQuestion& question) {
     WavefrontOptions options;
     applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), question.options);
     const Scene& scene = question.scene;
     // Seconds of one thread of a 2.6 GHz server core.
-    constexpr double kSecondsANode = 3e-7, kSecondsARayStep = 4e-8, kSecondsATubeLayer = 2e-8, kSecondsAValue = 2e-8;
-    // Where light may turn, what would be lost is looked for first, and layers are evaluated at more points.
-    constexpr double kTurning = 5;
+    constexpr double kSecondsANode = 3e-7, kSecondsASampledNode = 1.2e-6, kSecondsARayStep = 3.6e-8,
+                     kSecondsAPlaneNode = 3.6e-9, kSecondsATube = 3.4e-7, kSecondsAnArrival = 9e-6,
+                     kSecondsAnEdgeCell = 7.2e-9, kSecondsAValue = 7e-9;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
-    const GradedMedia media(scene);
-    const int passes = media.disperses() ? 3 : 1;
-    const FrontSpace space = frontSpace(mediaBox(media, question.frame), question.frame);
-    const glm::dvec3 size(space.high - space.low + 1);
-    double directions = 0, fronts = 0;
-    for (const Light& light : scene.lights) {
-        const auto samples = static_cast<double>(lightSamples(light, options.disc_samples).size());
-        const int axis = mainAxis(light.direction);
-        const double rays = size.x * size.y * size.z / size[axis] / (options.spacing * options.spacing);
-        directions += samples;
-        fronts += samples * rays * size[axis] * (options.steps * kSecondsARayStep + 2 * kSecondsATubeLayer) +
-                  samples * question.needed_voxels * channels * kSecondsAValue;
-    }
-    MethodCost cost;
+    const GradedSpace medium(scene, question.frame, {options.disc_samples, SplineFit::Auto, options.steps});
+    const glm::dvec3 size(medium.space().high - medium.space().low + 1);
     const double nodes = size.x * size.y * size.z;
-    cost.stages = {{"index", passes * nodes * kSecondsANode},
-                   {"fronts", passes * fronts * (media.contrast(question.frame) < kGentleContrast ? 1 : kTurning)}};
-    cost.bytes = nodes * (media.attenuate() ? 5 : 4);
-    if (directions > 4 * static_cast<double>(scene.lights.size()))
+    double directions = 0;
+    for (const Light& light : scene.lights)
+        directions += static_cast<double>(lightSamples(light, options.disc_samples).size());
+    const SweepWork work = countedWork(scene, options, question.frame, nodes);
+    const double needed = std::min(1.0, question.needed_voxels / static_cast<double>(question.frame.voxelCount()));
+    // The strongest arrival is sought tube by tube and layer by layer.
+    const double a_tube = options.arrivals == WavefrontArrivals::Strongest ? kSecondsAnArrival : kSecondsATube;
+    const double fronts =
+        work.ray_steps * kSecondsARayStep + work.nodes * kSecondsAPlaneNode +
+        needed * (work.deposit.tubes * a_tube + work.deposit.cells * kSecondsAnEdgeCell * (channels / 4.0));
+    const auto& objects = medium.media().objects;
+    const bool sampled = std::any_of(objects.begin(), objects.end(),
+                                     [](const GradedObject& object) { return object.index.front()->samples(); });
+    const double lights = static_cast<double>(scene.lights.size());
+    MethodCost cost;
+    cost.stages = {
+        {"index", medium.passes() * nodes * (sampled ? kSecondsASampledNode : kSecondsANode)},
+        {"fronts", directions / lights * fronts + directions * question.needed_voxels * channels * kSecondsAValue}};
+    cost.bytes = nodes * (medium.media().attenuate() ? 5 : 4);
+    if (directions > 4 * lights)
         cost.dearest = fmt::format(
             "most of the time goes into {:.0f} directions of light: fewer disc_samples are quicker in proportion",
             directions);

@@ -101,6 +101,9 @@ void FrontSweep::lay(const Front& front, const Chunk& chunk, State& state) {
     }
     state.options = options_;
     if (options_.quadrature == 0) state.options.quadrature = points;
+    if (totals_.work)
+        totals_.work->deposit +=
+            depositWork(set, bent, field_.frame(), chunk.layers) * std::max(1, state.options.quadrature);
     Packed turned;
     if (!state.turned.empty()) packTurned(front, chunk, state, turned);
     const Slab& slab = chunk.group->slabs[chunk.slab];

@@ -60,6 +60,11 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     const int first_w = chunk.first - origin()[front.axis];
     collapseIndex(*space_.index, {front.axis, node}, first_w, chunk.layers, front.sense, stepsIn(front, chunk),
                   state.slices);
+    if (SweepWork* work = totals_.work) {
+        const double steps = double(chunk.layers) * state.slices.steps;
+        work->ray_steps += steps * static_cast<double>(front.rays.size());
+        work->nodes += steps * static_cast<double>(state.slices.plane());
+    }
     FrontMedia media = space_.table;
     const auto axes = axesFor(front.axis);
     const glm::ivec3 count = space_.index->nodes().count;

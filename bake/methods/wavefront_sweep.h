@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bake/deposit/deposit_work.h"
 #include "bake/deposit/first_arrival.h"
 #include "bake/deposit/strongest_arrival.h"
 #include "bake/deposit/voxelise.h"
@@ -53,12 +54,20 @@ struct FrontSpace {
     const FrontObstacles* obstacles = nullptr;  ///< what ends light; null: nothing stands in the scene
 };
 
+/// What a sweep takes, for an estimate.
+struct SweepWork {
+    double ray_steps = 0;
+    double nodes = 0;  ///< of the index in planes across the light, one a step
+    DepositWork deposit;
+};
+
 /// What a sweep counts.
 struct SweepTotals {
     PowerLedger power;
     DepositTotals deposit;
     std::int64_t tubes = 0, rays = 0, turned = 0;
     double trace_seconds = 0, deposit_seconds = 0;
+    SweepWork* work = nullptr;  ///< counted where somebody asks
 };
 
 /// What takes a front's light besides, or instead of, the field that sums it; null: nobody asks.

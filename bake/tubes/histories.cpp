@@ -15,6 +15,9 @@ namespace {
 // it is divided anew from the launched triangles.
 constexpr double kOneSample = 1.0 / 8, kFromRoots = 1.0 / 32;
 
+// Triangles that are looked at one by one: in so many blocks of a sample there are enough that differ.
+constexpr std::int64_t kEnoughOfASample = 6000;
+
 // Of the tolerance, for light that meets bodies: they gather it into few voxels, where what a chord misplaces is seen,
 // and most of their tubes are as small as they are for the sake of an outline.
 constexpr double kBodies = 1.0 / 4;
@@ -70,6 +73,15 @@ History continued(const History& history, const PathEvent& event) {
     History out = history;
     out.push_back(event);
     return out;
+}
+
+std::int64_t trianglesOf(const Lattice& lattice) { return 2 * std::int64_t{lattice.columns} * lattice.rows; }
+
+// Rays of a lattice are traced by the row, and are no legs that are cast one by one.
+void launchLattice(Launch& tubes, const Lattice& lattice, LaunchTotals& totals) {
+    const std::int64_t legs = totals.legs;
+    tubes.heightField(lattice, totals);
+    totals.legs = legs, totals.triangles_launched += trianglesOf(lattice);
 }
 
 }  // namespace
@@ -185,21 +197,30 @@ std::optional<Lattice> HistoryLauncher::latticeFor(const Light& light, const Lau
 void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotals& totals) {
     const double before = totals.power.emitted;
     bool first_branch = true;
-    std::vector<double> shares;
     const int surface = light.emission.surfaceIndex();
     const std::vector<Branch> branches = branchesOf(light.emission.surface());
-    const std::optional<Lattice> lattice = latticeFor(light, domain);
+    std::vector<Lattice> lattices;
+    if (const std::optional<Lattice> lattice = latticeFor(light, domain)) {
+        lattices = options_.sampled > 0 ? someBlocks(*lattice, options_.sampled) : std::vector{*lattice};
+        totals.triangles += static_cast<std::int64_t>(branches.size()) * trianglesOf(*lattice);
+    }
+    std::vector<std::vector<double>> shares(std::max<std::size_t>(1, lattices.size()));
+    const std::int64_t added = totals.added;
     for (const Branch branch : branches) {
         const History history = {{surface, branch}};
         const PathTracer tracer(optics_, light.emission, history, light.wavelength);
         const LaunchOptions options = optionsFor(history, first_branch);
         Launch tubes(tracer, options, sink_, monitor_);
-        if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         totals.seeds.clear();
-        if (lattice)
-            tubes.heightField(*lattice, totals);
-        else if (!light.emission.surface().height_field)
-            tubes.mesh(totals);
+        for (std::size_t i = 0; i < shares.size(); ++i) {
+            if (branches.size() > 1) tubes.shareWithOther(shares[i], first_branch);
+            if (!light.emission.surface().height_field)
+                tubes.mesh(totals);
+            else if (i < lattices.size())
+                launchLattice(tubes, lattices[i], totals);
+            // Both branches are launched in the same parts.
+            if (options_.sampled > 0 && first_branch && totals.added - added > kEnoughOfASample) shares.resize(i + 1);
+        }
         if (first_branch) light.emitted = totals.power.emitted - before;
         first_branch = false;
         const std::vector<TubeSeed> seeds = std::move(totals.seeds);

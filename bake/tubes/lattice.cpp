@@ -100,4 +100,22 @@ Lattice finerOf(const Lattice& a, const Lattice& b) {
     return finer;
 }
 
+std::vector<Lattice> someBlocks(const Lattice& lattice, int count) {
+    constexpr int kCells = 8, kFew = 32, kPart = 10;  // a side of a block; blocks; of them all
+    const int columns = (lattice.columns + kCells - 1) / kCells, rows = (lattice.rows + kCells - 1) / kCells;
+    const std::int64_t all = std::int64_t{columns} * rows;
+    if (all <= kFew) return {lattice};
+    count = static_cast<int>(std::clamp<std::int64_t>(all / kPart, std::min(count, kFew), count));
+    std::vector<Lattice> blocks;
+    for (int i = 0; i < count; ++i) {
+        const glm::ivec2 first = kCells * glm::ivec2(scatteredPoint(i) * glm::dvec2(columns, rows));
+        Lattice block = lattice;
+        block.origin += block.step * glm::dvec2(first);
+        block.columns = std::min(kCells, lattice.columns - first.x);
+        block.rows = std::min(kCells, lattice.rows - first.y);
+        blocks.push_back(block);
+    }
+    return blocks;
+}
+
 }  // namespace photic

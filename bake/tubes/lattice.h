@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <vector>
 
 #include "bake/paths/launch_domain.h"
 #include "bake/paths/path_tracer.h"
@@ -24,5 +25,8 @@ Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const L
 
 /// The lattice over the same part of a height field whose cells are as small as the smaller ones of two.
 Lattice finerOf(const Lattice& a, const Lattice& b);
+
+/// Blocks of a lattice, as a launch divides it, evenly spread: a tenth, at most `count`; of few, the whole.
+std::vector<Lattice> someBlocks(const Lattice& lattice, int count);
 
 }  // namespace photic

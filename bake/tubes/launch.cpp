@@ -95,7 +95,8 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
         });
         for (std::size_t i = 0; i < builders.size(); ++i) {
             addPower(totals.power, builders[i].power());
-            totals.tubes += builders[i].tubes();
+            totals.tubes += builders[i].tubes(), totals.added += builders[i].added();
+            totals.searches += builders[i].searches();
             totals.corner_rays += traced[i];
             totals.legs += traced[i] * (static_cast<std::int64_t>(tracer_.history().size()) + 1);
             totals.seeds.insert(totals.seeds.end(), builders[i].seeds().begin(), builders[i].seeds().end());

@@ -22,15 +22,19 @@ struct LaunchOptions {
     /// Seeds that are parts of one triangle of a mesh are divided from that triangle on: for histories so faint that
     /// the edges of what shorter ones divided do not count.
     bool from_roots = false;
-    int sampled = 0;  ///< about so many of a mesh's triangles are launched, evenly spread, for estimates; 0: all
+    /// About so many of a mesh's triangles, or of a lattice's blocks, are launched, evenly spread, for estimates; 0:
+    /// all.
+    int sampled = 0;
 };
 
 /// What launching counted.
 struct LaunchTotals {
     PowerLedger power;
     std::int64_t tubes = 0, corner_rays = 0;
-    std::int64_t legs = 0;  ///< of the corner rays
-    /// Of meshes: triangles (of few large ones: parts), and those of them that were launched.
+    std::int64_t legs = 0;  ///< of the corner rays that were cast one by one: not of a lattice's
+    /// Triangles that were looked at one by one, and searches of what stands between their corners.
+    std::int64_t added = 0, searches = 0;
+    /// Triangles of meshes (of few large ones: parts) and of lattices, and those of them that were launched.
     std::int64_t triangles = 0, triangles_launched = 0;
     bool launched_parts = false;
     double seconds = 0;           ///< spent launching, without the sink

@@ -108,15 +108,26 @@ bool Obstacles::covered(const Leg& a, const Leg& b, double before, double behind
     return optics_.tree().shownArea(region, d) >= kWhole * glm::dot(across, across);
 }
 
+// Whether a space and the box around all bodies meet.
+bool Obstacles::isNear(const ConvexRegion& space) const {
+    const glm::dvec3 &low = optics_.tree().low(), &high = optics_.tree().high();
+    for (int a = 0; a < 3; ++a)
+        if (space.high[a] < low[a] || space.low[a] > high[a]) return false;
+    return true;
+}
+
 // A surface that light leaves or comes to bends into its own way: it is looked for down to a voxel, all else down to
 // the smallest tube.
-bool Obstacles::standsIn(const ConvexRegion& space, const PathEvent& event, double width) const {
+bool Obstacles::standsIn(const ConvexRegion& space, const PathEvent& event, double width,
+                         std::int64_t& searches) const {
+    if (!isNear(space)) return false;
+    ++searches;
     const Target own{Target::Kind::Surface, event.surface};
     if (!optics_.scene().surfaces[static_cast<std::size_t>(event.surface)].mesh) return optics_.tree().reaches(space);
     return optics_.tree().reaches(space, own) || (width > kNear && optics_.tree().reaches(space));
 }
 
-bool Obstacles::between(const Path& a, const Path& b, double width) const {
+bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t& searches) const {
     if (none() || a.outcome == PathOutcome::Dark || a.outcome == PathOutcome::Missed) return false;
     // The legs to the first surface were looked at when shorter histories were laid.
     if (tracer_.history().size() == 1) {
@@ -126,12 +137,12 @@ bool Obstacles::between(const Path& a, const Path& b, double width) const {
         // A shadow is looked at for gaps, down to a voxel.
         if (a.outcome != PathOutcome::Lit)
             return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);
-        if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width)) return true;
+        if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width, searches)) return true;
     }
     const Leg last_a = lastLeg(a, kNear), last_b = lastLeg(b, kNear);
     // Nothing stands in a leg of a voxel, as in the wall of a glass.
     const bool short_legs = last_a.start == last_a.end && last_b.start == last_b.end;
-    if (!short_legs && standsIn(spaceBetween(last_a, last_b), tracer_.history().back(), width)) return true;
+    if (!short_legs && standsIn(spaceBetween(last_a, last_b), tracer_.history().back(), width, searches)) return true;
     if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
     const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
     return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);

@@ -25,8 +25,9 @@ public:
     bool none() const { return optics_.tree().empty(); }
 
     /// Whether something between two paths that agree may end part of the light between them elsewhere than they end.
-    /// @param width  of the edge between them [voxels]
-    bool between(const Path& a, const Path& b, double width) const;
+    /// @param width     of the edge between them [voxels]
+    /// @param searches  counts how often the space between them was searched, where bodies are near it
+    bool between(const Path& a, const Path& b, double width, std::int64_t& searches) const;
 
     /// What a block of a regular lattice has before it.
     enum class Way {
@@ -47,7 +48,8 @@ private:
     };
     ConvexRegion spaceAround(const std::vector<Leg>& legs) const;
     ConvexRegion spaceBetween(const Leg& a, const Leg& b) const;
-    bool standsIn(const ConvexRegion& space, const PathEvent& event, double width) const;
+    bool isNear(const ConvexRegion& space) const;
+    bool standsIn(const ConvexRegion& space, const PathEvent& event, double width, std::int64_t& searches) const;
     bool covered(const Leg& a, const Leg& b, double before, double behind) const;
     Leg lastLeg(const Path& path, double shortened_voxels) const;
     Leg legFromLight(const glm::dvec3& entry) const;

@@ -188,7 +188,7 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
         return width > kWideSeam || !compare_.differByTheNextSurface(a, b, m);
     if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;
-    if (!obstacles_.none() && obstacles_.between(a, b, width)) return true;
+    if (standsBetween(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.standApart(a, b))) return true;
     return bendsTooMuch(a, b, m);
@@ -203,6 +203,14 @@ bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
     return 4 * compare_.bend(a, m, b) * coarser > options_.tolerance;
 }
 
+bool Refiner::standsBetween(const Path& a, const Path& b, double width) const {
+    if (obstacles_.none()) return false;
+    std::int64_t searches = 0;
+    const bool stands = obstacles_.between(a, b, width, searches);
+    builder_.countSearches(searches);
+    return stands;
+}
+
 void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, double bend) {
     const double width = compare_.width(a, b);
     const EmissionParam param = middle(a.param, b.param);
@@ -210,8 +218,7 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
     Edge& edge = edges_->at(param, fresh);
     edge.split =
         bend > options_.tolerance || tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
-        (width > options_.silhouette &&
-         ((!obstacles_.none() && obstacles_.between(a, b, width)) || (width > 1 && compare_.standApart(a, b))));
+        (width > options_.silhouette && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b))));
     if (edge.split) traceMiddle(edge, param, face);
 }
 

@@ -103,6 +103,7 @@ private:
     bool isFineEnough(const Path& a, const Path& b, double width) const;
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
+    bool standsBetween(const Path& a, const Path& b, double width) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 
     const PathTracer& tracer_;

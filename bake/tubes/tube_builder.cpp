@@ -168,6 +168,7 @@ double TubeBuilder::shareOfCorner(const Corners& corners) const {
 }
 
 int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) {
+    ++added_;
     const Corners corners = {&a, &b, &c};
     // At an outline, or where a history begins and ends, what is lit of a tube is laid where its lit corners are.
     Corners laid = corners;

@@ -92,6 +92,11 @@ public:
     /// Of the power that came to the last event what neither went on nor stayed there: the other branch's [W].
     double leftForOther() const { return std::max(0.0, arriving_ - leaving_ - kept_); }
     std::int64_t tubes() const { return tubes_; }
+    /// Triangles that add() was given, whatever became of them: what is not in regular blocks.
+    std::int64_t added() const { return added_; }
+    /// Of the space between two paths, among bodies (Obstacles::between).
+    void countSearches(std::int64_t count) { searches_ += count; }
+    std::int64_t searches() const { return searches_; }
     std::vector<TubeSeed>& seeds() { return seeds_; }
 
 private:
@@ -138,7 +143,7 @@ private:
     PowerLedger power_;
     double arriving_ = 0, leaving_ = 0,
            kept_ = 0;  // at the last event [W]: in all, along the branch, and by the surface
-    std::int64_t tubes_ = 0;
+    std::int64_t tubes_ = 0, added_ = 0, searches_ = 0;
     struct HoldStart {
         PowerLedger power;
         double arriving = 0, leaving = 0, kept = 0;

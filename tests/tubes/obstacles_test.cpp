@@ -33,7 +33,8 @@ struct Still {
     Path path(double x, double y) const { return tracer.trace({{x, y, 0}, {}}, {}); }
     bool between(const glm::dvec2& a, const glm::dvec2& b) const {
         const Path p = path(a.x, a.y), q = path(b.x, b.y);
-        return obstacles.between(p, q, glm::length(b - a) / 0.05);
+        std::int64_t searches = 0;
+        return obstacles.between(p, q, glm::length(b - a) / 0.05, searches);
     }
 };
 
