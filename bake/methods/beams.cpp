@@ -52,6 +52,15 @@ const std::vector<OptionBinding<BeamsOptions>>& beamsOptions() {
     return bindings;
 }
 
+// How far blurs reach into walls [voxels].
+double behindWalls(const Scene& scene, const GridFrame& frame, const BeamsOptions& options) {
+    double reach = 0;
+    for (const Light& light : scene.lights)
+        if (discFor(scene, light, frame, options) == BeamsDisc::Blur)
+            reach = std::max(reach, std::ceil(blurReach(scene.surfaces.front(), light, frame)));
+    return reach;
+}
+
 // One light on one surface, or one direction of a disc: adds its tubes to the field of their lobe.
 class BeamsBake {
 public:
@@ -60,7 +69,7 @@ public:
           options_(options),
           frame_(frame),
           spectrum_(spectralSamples(options.wavelengths)),
-          optics_(scene, frame, wavelengthsOf(spectrum_)),
+          optics_(scene, frame, wavelengthsOf(spectrum_), behindWalls(scene, frame, options)),
           monitor_(monitor) {
         limits_ = followLimits(scene);
         launch_ = launchOptions(scene, options);

@@ -34,13 +34,16 @@ bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) 
     const bool silhouettes = std::any_of(scene.objects.begin(), scene.objects.end(), [](const Object& object) {
         return object.blocks() && !std::holds_alternative<Plane>(object.shape);
     });
-    if (!silhouettes) return true;
+    return !silhouettes || blurReach(surface, light, frame) <= kWidestBlurOverShadows;
+}
+
+double blurReach(const Surface& surface, const Light& light, const GridFrame& frame) {
     const auto kernel = discKernels(surface, light, frame);
-    const auto reach = [&](int k) {  // of the ellipse along x and y [voxels]; it grows evenly with depth
+    const auto reach = [&](int k) {  // of the ellipse along x and y; it grows evenly with depth
         const glm::dmat2 disc = kernel(k).disc_from_unit;
         return std::max(std::hypot(disc[0].x, disc[1].x), std::hypot(disc[0].y, disc[1].y));
     };
-    return std::max(reach(frame.min.z), reach(frame.max.z)) <= kWidestBlurOverShadows;
+    return std::max(reach(frame.min.z), reach(frame.max.z));
 }
 
 glm::dmat2 discSlopes(const Surface& surface, const Light& light) {

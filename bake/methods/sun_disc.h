@@ -19,6 +19,9 @@ std::string blurRefusal(const Scene& scene);
 /// shadows, whose penumbrae it makes as wide as those of a blocker at the surface: an error below its own reach.
 bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame);
 
+/// How far the disc's image reaches in the grid along x and y, at most [voxels].
+double blurReach(const Surface& surface, const Light& light, const GridFrame& frame);
+
 /// How far the disc's rim moves where light lands, after one event at the surface's mean plane: the image of two of its
 /// radii at right angles, in world x and y for each metre of depth.
 glm::dmat2 discSlopes(const Surface& surface, const Light& light);

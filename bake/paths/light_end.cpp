@@ -10,12 +10,16 @@ namespace photic {
 double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction, const RayHit& hit) const {
     if (!hit) return std::numeric_limits<double>::infinity();
     if (hit.target.kind == Target::Kind::Surface) return hit.distance;
-    if (!scene_.objects[static_cast<std::size_t>(hit.target.index)].receives()) return hit.distance;
+    const Object& object = scene_.objects[static_cast<std::size_t>(hit.target.index)];
+    if (!object.receives()) return hit.distance;
     const glm::dvec3 normal = frame_.indexNormal(hit.normal);
     const glm::dvec3 along = frame_.indexDirection(direction);
     const int axis = mainAxis(normal);
     const double metres_per_voxel = 1 / std::fabs(along[mainAxis(along)]);
-    double end = hit.distance + kMaxOvershootVoxels * metres_per_voxel;
+    const bool plane = std::holds_alternative<Plane>(object.shape);
+    const double behind = plane ? behindPlane(axis) : kOvershootVoxels,
+                 longest = plane ? longestBehindPlane(axis) : kMaxOvershootVoxels;
+    double end = hit.distance + longest * metres_per_voxel;
     if (along[axis] != 0) {
         // The hit voxel is the one that the leg comes from: a face on a voxel border must not fall to rounding.
         constexpr double kBorder = 1e-3;
@@ -23,8 +27,8 @@ double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction,
         const double at = frame_.indexFromWorld(point)[axis] + 0.5;
         // A hair short of the last layer's far side, which rounding must not push into the next.
         constexpr double kShort = 1e-9;
-        const double side = along[axis] > 0 ? std::floor(at - kBorder) + 1 + kOvershootVoxels - kShort
-                                            : std::floor(at + kBorder) - kOvershootVoxels + kShort;
+        const double side = along[axis] > 0 ? std::floor(at - kBorder) + 1 + behind - kShort
+                                            : std::floor(at + kBorder) - behind + kShort;
         end = std::min(end, hit.distance + (side - at) / along[axis]);
     }
     if (caster_.planesOnly()) return end;

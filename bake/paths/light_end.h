@@ -24,8 +24,19 @@ inline constexpr double kThinVoxels = 2;
 class LightEnd {
 public:
     /// @param caster, scene  must outlive the object
-    LightEnd(const Scene& scene, const GridFrame& frame, const RayCaster& caster)
-        : scene_(scene), frame_(frame), caster_(caster) {}
+    /// @param behind_walls   [voxels] that light goes on further behind planes that stand: as far as a blur within
+    /// layers
+    ///                       reaches, which otherwise would mix the darkness there into the light before them
+    LightEnd(const Scene& scene, const GridFrame& frame, const RayCaster& caster, double behind_walls = 0)
+        : scene_(scene), frame_(frame), caster_(caster), behind_walls_(behind_walls) {}
+
+    /// How far light goes on behind a plane, counted across the grid's axis nearest to its normal [voxels].
+    double behindPlane(int axis) const { return kOvershootVoxels + (axis == 2 ? 0 : behind_walls_); }
+    /// The same along a leg, at most. A blur takes up what steep light lays behind a wall over any number of layers.
+    double longestBehindPlane(int axis) const {
+        constexpr double kAnyLayers = 1e6;
+        return axis != 2 && behind_walls_ > 0 ? kAnyLayers : kMaxOvershootVoxels;
+    }
 
     /// Distance [m] along a leg at which its deposit ends.
     ///
@@ -40,6 +51,7 @@ private:
     const Scene& scene_;
     GridFrame frame_;
     const RayCaster& caster_;
+    double behind_walls_ = 0;
 };
 
 }  // namespace photic

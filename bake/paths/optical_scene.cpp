@@ -28,8 +28,9 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
     return left;
 }
 
-OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm)
-    : scene_(scene), frame_(frame), shapes_(shapesOf(scene)), light_end_(scene, frame, shapes_->caster) {
+OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm,
+                           double behind_walls)
+    : scene_(scene), frame_(frame), shapes_(shapesOf(scene)), light_end_(scene, frame, shapes_->caster, behind_walls) {
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
         const Surface& surface = scene.surfaces[i];
         MediumSides sides;

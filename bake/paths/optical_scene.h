@@ -57,11 +57,14 @@ inline double channelMean(const glm::dvec3& power) { return (power.x + power.y +
 class OpticalScene {
 public:
     /// @param wavelengths_nm  at which light is traced where media disperse; index 0 is always white light
-    OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm = {});
+    /// @param behind_walls    of LightEnd
+    OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm = {},
+                 double behind_walls = 0);
 
     const Scene& scene() const { return scene_; }
     const GridFrame& frame() const { return frame_; }
     const RayCaster& caster() const { return shapes_->caster; }
+    const LightEnd& lightEnd() const { return light_end_; }
     const TriangleTree& tree() const { return shapes_->tree; }
     const OpticalMedium& medium(int index) const { return media_[static_cast<std::size_t>(index)]; }
     const MediumSides& sides(int surface) const { return sides_[static_cast<std::size_t>(surface)]; }

@@ -14,10 +14,11 @@ namespace photic {
 
 /// A plane that ends light, with what TrackEnd needs to know of it in the grid.
 struct RowPlane {
-    glm::dvec3 normal{0};  ///< world, unit
-    double offset = 0;     ///< normal . point
-    int axis = 2;          ///< grid axis nearest to the plane's normal
-    bool receives = true;  ///< is looked up: light goes on behind it
+    glm::dvec3 normal{0};                                ///< world, unit
+    double offset = 0;                                   ///< normal . point
+    int axis = 2;                                        ///< grid axis nearest to the plane's normal
+    bool receives = true;                                ///< is looked up: light goes on behind it
+    double overshoot_layers = 0, longest_overshoot = 0;  ///< as LightEnd::behindPlane and longestBehindPlane
 };
 
 /// What one interface does to a row of corner rays, for tubes that cross the grid's z layers.
@@ -29,7 +30,6 @@ struct RowTraceSetup {
     glm::dmat3 index_from_world{1.0};
     glm::dvec3 grid_origin{0};
     std::vector<RowPlane> planes;
-    double overshoot_layers = 0, longest_overshoot = 0;  ///< as kOvershootVoxels, kMaxOvershootVoxels
 };
 
 /// Corner rays as arrays.

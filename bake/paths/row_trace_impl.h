@@ -89,11 +89,11 @@ inline void endOnPlanes(const RowTraceSetup& setup, std::size_t count, RayRow& r
             const double layers = sense * t / (per_layer[i] > 0.0 ? per_layer[i] : 1.0);
             const double at = start + slope * layers + 0.5;
             const double along = slope * sense;
-            const double border = along > 0.0 ? __builtin_floor(at - 1e-3) + 1.0 + setup.overshoot_layers
-                                              : __builtin_floor(at + 1e-3) - setup.overshoot_layers;
+            const double border = along > 0.0 ? __builtin_floor(at - 1e-3) + 1.0 + plane.overshoot_layers
+                                              : __builtin_floor(at + 1e-3) - plane.overshoot_layers;
             const double au = __builtin_fabs(du[i]), av = __builtin_fabs(dv[i]);
             const double steepest = au > av ? au : av;
-            const double longest = setup.longest_overshoot / (steepest > 1.0 ? steepest : 1.0);
+            const double longest = plane.longest_overshoot / (steepest > 1.0 ? steepest : 1.0);
             const double extra = along == 0.0 ? longest : __builtin_fabs((border - at) / slope);
             const double beyond = plane.receives ? (extra < longest ? extra : longest) : 0.0;
             const double stop = w[i] + layers + sense * beyond;

@@ -29,12 +29,13 @@ RowTraceSetup rowSetup(const PathTracer& tracer) {
     setup.ior_to = tracer.optics().medium(sides.inside).iors[wavelength];
     setup.index_from_world = frame.indexFromWorld();
     setup.grid_origin = frame.origin_world;
-    setup.overshoot_layers = kOvershootVoxels, setup.longest_overshoot = kMaxOvershootVoxels;
+    const LightEnd& light_end = tracer.optics().lightEnd();
     for (const Object& object : tracer.optics().scene().objects) {
         const Plane* plane = std::get_if<Plane>(&object.shape);
         if (!plane || !object.blocks()) continue;
-        setup.planes.push_back({plane->normal, glm::dot(plane->normal, plane->point),
-                                mainAxis(frame.indexNormal(plane->normal)), object.receives()});
+        const int axis = mainAxis(frame.indexNormal(plane->normal));
+        setup.planes.push_back({plane->normal, glm::dot(plane->normal, plane->point), axis, object.receives(),
+                                light_end.behindPlane(axis), light_end.longestBehindPlane(axis)});
     }
     return setup;
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <string>
 
 #include "bake/methods/catalogue.h"
@@ -75,6 +76,31 @@ TEST(SunDisc, LightsWithoutADiscMayStandBeforeAndBehindThoseWithOne) {
     EXPECT_LT(one.path.imbalance(), 1e-6);
     EXPECT_LT(other.path.imbalance(), 1e-6);
     EXPECT_NEAR(one.path.deposited, other.path.deposited, 1e-6 * one.path.deposited);
+}
+
+// Under flat water all is lit alike up to a wall, whatever the disc: its blur must not mix in the dark behind the wall.
+// Four voxels wide at the bottom, the disc took a fifth of the light there once.
+TEST(SunDisc, ItsBlurLeavesAWallAsBrightAsTheWaterBeforeIt) {
+    Scene scene = test_scenes::waterScene(0.3);
+    scene.lights[0].angular_diameter_deg = 8;
+    scene.objects = {test_scenes::planeObject({0.2, 0, 0}, {-1, 0, 0}),
+                     test_scenes::planeObject({0, 0.3, 0}, {0, -1, 0})};
+    Monitor monitor;
+    const GridFrame frame = test_scenes::boxFrame({-0.5, -0.5, -1}, glm::ivec3(64), glm::dvec3(1.0 / 64));
+    const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame));
+    const BakeResult baked =
+        findMethod("beams")->bake(scene, needed, {{"disc", {std::string("blur"), "test"}}}, monitor);
+    const glm::ivec3 corner(glm::floor(frame.indexFromWorld({0.2, 0.3, -0.5}) + 0.5));
+    const int east = corner.x, north = corner.y;  // voxels that the walls cut
+    for (const int k : {2, 20, 40}) {
+        const double open = baked.field.irradiance({20, 20, k});
+        EXPECT_GT(open, 0.5);
+        for (const int behind : {-1, 0, 1}) {
+            EXPECT_NEAR(baked.field.irradiance({east + behind, 20, k}) / open, 1, 2e-3) << k << " " << behind;
+            EXPECT_NEAR(baked.field.irradiance({20, north + behind, k}) / open, 1, 2e-3) << k << " " << behind;
+        }
+    }
+    EXPECT_LT(baked.report.path.imbalance(), 1e-6);
 }
 
 TEST(SunDisc, OneBlurIsRefusedWhereItCannotShowTheDisc) {

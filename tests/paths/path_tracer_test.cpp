@@ -15,7 +15,7 @@ namespace {
 
 using support::WaterScene;
 
-RowTraceSetup setupOf(const WaterScene& water, Branch branch) {
+RowTraceSetup setupOf(const WaterScene& water, Branch branch, const LightEnd& light_end) {
     RowTraceSetup setup;
     const Surface& surface = water.scene.surfaces[0];
     setup.light_direction = water.scene.lights[0].direction;
@@ -23,12 +23,12 @@ RowTraceSetup setupOf(const WaterScene& water, Branch branch) {
     setup.traces_other_branch = surface.event == SurfaceEvent::Both;
     setup.ior_from = surface.ior_above, setup.ior_to = surface.ior_below;
     setup.index_from_world = water.frame.indexFromWorld(), setup.grid_origin = water.frame.origin_world;
-    setup.overshoot_layers = kOvershootVoxels, setup.longest_overshoot = kMaxOvershootVoxels;
     for (const Object& object : water.scene.objects) {
         const Plane& plane = std::get<Plane>(object.shape);
+        const int axis = mainAxis(water.frame.indexNormal(plane.normal));
         if (object.blocks())
-            setup.planes.push_back({plane.normal, glm::dot(plane.normal, plane.point),
-                                    mainAxis(water.frame.indexNormal(plane.normal)), object.receives()});
+            setup.planes.push_back({plane.normal, glm::dot(plane.normal, plane.point), axis, object.receives(),
+                                    light_end.behindPlane(axis), light_end.longestBehindPlane(axis)});
     }
     return setup;
 }
@@ -45,13 +45,14 @@ TEST_P(RowsAndPaths, AgreeToRounding) {
             water.scene.objects = {support::planeObject({0, 0, -1.5}, {0.2, 0, 1}),
                                    support::planeObject({0.8, 0, 0}, {-1, 0, 0.1}),
                                    support::planeObject({0, 0, 0.9}, {0, 0.1, -1}, Role::Movable)};
-            const OpticalScene optics(water.scene, water.frame);
+            const double behind_walls = branch == Branch::Refracted ? 5 : 0;
+            const OpticalScene optics(water.scene, water.frame, {}, behind_walls);
             const Emission emission(water.scene, 0, lightSamples(water.scene.lights[0], 1).front());
             const PathTracer tracer(optics, emission, {{0, branch}});
             SurfaceRow points;
             water.scene.surfaces[0].height_field->row({-0.9, 0.13}, 0.011, 160, points);
             RayRow rays;
-            rowTracer(GetParam())(setupOf(water, branch), points, rays);
+            rowTracer(GetParam())(setupOf(water, branch, optics.lightEnd()), points, rays);
             int compared = 0;
             for (std::size_t i = 0; i < 160; ++i) {
                 if (rays.per_layer[i] <= 0) continue;
