@@ -16,9 +16,12 @@ constexpr int kMaxCorners = 256;
 constexpr int kMaxTubes = 256;
 
 /// A block's corners and tube densities on the layers of a slab.
-template <class V, int kDensities>
+template <class V, int kDensities, int kLeaning>
 struct BlockLayers {
     V x[kMaxCorners], y[kMaxCorners];
+    // Of bent legs, which lean differently in each layer: how far along u and v [m], the path [m], whether it counts,
+    // and what is left of the power per channel.
+    V lean_u[kLeaning], lean_v[kLeaning], path[kLeaning], lit[kLeaning], left[kLeaning][3];
     V opened[kMaxCorners],
         closed[kMaxCorners];  // how far into a layer the ray starts and ends: 1 where it has all passed
     float least_opened[kMaxCorners], most_closed[kMaxCorners];  // over the lanes
@@ -96,6 +99,7 @@ private:
                 y = load<V>(rows + BentRows::kV * BentRows::kLanes) +
                     load<V>(rows + BentRows::kSlopeV * BentRows::kLanes) * beyond +
                     (0.5f - static_cast<float>(tile_.v0 - tile_.bent->first_column[1])) - shift_v_;
+                leanCorner(i, rows);
             } else {
                 x = static_cast<float>(c.u + c.du_dw * dw + 0.5 - tile_.u0) + static_cast<float>(c.du_dw) * plane -
                     shift_u_;
@@ -108,6 +112,16 @@ private:
             at_.min_x[i] = leastLane(x), at_.max_x[i] = mostLane(x);
             at_.min_y[i] = leastLane(y), at_.max_y[i] = mostLane(y);
         }
+    }
+
+    void leanCorner(int i, const float* rows) {
+        const BentRows& bent = *tile_.bent;
+        const V u = bent.voxel[0] * load<V>(rows + BentRows::kSlopeU * BentRows::kLanes),
+                v = bent.voxel[1] * load<V>(rows + BentRows::kSlopeV * BentRows::kLanes);
+        at_.lean_u[i] = u, at_.lean_v[i] = v;
+        at_.path[i] = squareRoot(u * u + v * v + splat<V>(bent.voxel[2] * bent.voxel[2]));
+        at_.lit[i] = load<V>(rows + BentRows::kLit * BentRows::kLanes);
+        for (int k = 0; k < kIrradiance; ++k) at_.left[i][k] = load<V>(rows + (BentRows::kLeft + k) * BentRows::kLanes);
     }
 
     // Ends may lie at infinity: far enough for any grid is enough for single precision.
@@ -191,18 +205,11 @@ private:
     // path per layer, and for flux x direction.
     void bentDensityOf(const TubeConstants& tube, const TubeBlock& block, std::size_t t, const std::uint8_t* c,
                        const V& length) {
-        const BentRows& bent = *tile_.bent;
-        const V hu = splat<V>(bent.voxel[0]), hv = splat<V>(bent.voxel[1]), hw = splat<V>(bent.voxel[2]);
         V slope_u{}, slope_v{}, per_layer{}, lit{}, left[kIrradiance] = {};
         for (int i = 0; i < 3; ++i) {
-            const float* rows = bent.of(block.first_corner + c[i]);
-            const V u = hu * load<V>(rows + BentRows::kSlopeU * BentRows::kLanes),
-                    v = hv * load<V>(rows + BentRows::kSlopeV * BentRows::kLanes);
-            slope_u = slope_u + u, slope_v = slope_v + v;
-            per_layer = per_layer + squareRoot(u * u + v * v + hw * hw);
-            lit = lit + load<V>(rows + BentRows::kLit * BentRows::kLanes);
-            for (int k = 0; k < kIrradiance; ++k)
-                left[k] = left[k] + load<V>(rows + (BentRows::kLeft + k) * BentRows::kLanes);
+            slope_u = slope_u + at_.lean_u[c[i]], slope_v = slope_v + at_.lean_v[c[i]];
+            per_layer = per_layer + at_.path[c[i]], lit = lit + at_.lit[c[i]];
+            for (int k = 0; k < kIrradiance; ++k) left[k] = left[k] + at_.left[c[i]][k];
         }
         constexpr float kThird = 1.0f / 3;
         V mean{}, amount[kChannels];
@@ -216,7 +223,7 @@ private:
             const auto axes = axesFor(set_.axis);
             amount[kIrradiance + axes[0]] = mean * slope_u * (sense * kThird);
             amount[kIrradiance + axes[1]] = mean * slope_v * (sense * kThird);
-            amount[kIrradiance + axes[2]] = mean * hw * sense;
+            amount[kIrradiance + axes[2]] = mean * (sense * tile_.bent->voxel[2]);
         }
         const V x[3] = {at_.x[c[0]], at_.x[c[1]], at_.x[c[2]]}, y[3] = {at_.y[c[0]], at_.y[c[1]], at_.y[c[2]]};
         const V e1x = x[1] - x[0], e1y = y[1] - y[0], e2x = x[2] - x[0], e2y = y[2] - y[0];
@@ -415,7 +422,7 @@ private:
     TileSums& tile_;
     V shift_u_{}, shift_v_{}, counted_{};  // counted: 1 in the layers that are, 0 in padding
     V rect_low_u_, rect_high_u_, rect_low_v_, rect_high_v_, tile_low_u_, tile_high_u_, tile_low_v_, tile_high_v_;
-    BlockLayers<V, kDensities> at_;
+    BlockLayers<V, kDensities, kBent ? kMaxCorners : 1> at_;
 };
 
 template <int N, int kIrradiance, bool kFlux>

@@ -46,7 +46,20 @@ Bounds boundsInSlab(const TubeSet& set, const TubeBlock& block, const Slab& slab
     return b;
 }
 
-// The same of bent tubes, whose rows are of this slab: a ray stays within half a slope of its middle in each layer.
+// Where rays are in each layer, along one axis: within half a slope of its middle.
+struct Reach {
+    float low[BentRows::kLanes], high[BentRows::kLanes];
+    Reach() { std::fill(low, low + BentRows::kLanes, 3e38f), std::fill(high, high + BentRows::kLanes, -3e38f); }
+};
+void addReach(const float* place, const float* slope, Reach& reach) {
+    for (int l = 0; l < BentRows::kLanes; ++l) {
+        const float half = 0.5f * std::fabs(slope[l]), low = place[l] - half, high = place[l] + half;
+        reach.low[l] = low < reach.low[l] ? low : reach.low[l];
+        reach.high[l] = high > reach.high[l] ? high : reach.high[l];
+    }
+}
+
+// The same of bent tubes, whose rows are of this slab.
 Bounds bentBoundsInSlab(const TubeSet& set, const BentRows& bent, const TubeBlock& block, const Slab& slab,
                         const glm::ivec2& first_column) {
     const double low = slab.first - 0.5, high = slab.first + slab.active - 0.5;
@@ -55,18 +68,18 @@ Bounds bentBoundsInSlab(const TubeSet& set, const BentRows& bent, const TubeBloc
     Bounds b{3e38f, -3e38f, 3e38f, -3e38f};
     const float from_u = static_cast<float>(bent.first_column[0] - first_column.x),
                 from_v = static_cast<float>(bent.first_column[1] - first_column.y);
+    Reach u, v;
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(block.topology->vertex_count); ++i) {
         const CornerRay& c = set.corners[block.first_corner + i];
         first_start = std::min(first_start, set.sense * c.w);
         last_end = std::max(last_end, static_cast<double>(set.sense) * c.w_end);
         const float* rows = bent.of(block.first_corner + i);
-        const auto row = [&](int which, int lane) { return rows[which * BentRows::kLanes + lane]; };
-        for (int l = 0; l < slab.active; ++l) {
-            const float u = row(BentRows::kU, l) + from_u, du = 0.5f * std::fabs(row(BentRows::kSlopeU, l)),
-                        v = row(BentRows::kV, l) + from_v, dv = 0.5f * std::fabs(row(BentRows::kSlopeV, l));
-            b.min_u = std::min(b.min_u, u - du), b.max_u = std::max(b.max_u, u + du);
-            b.min_v = std::min(b.min_v, v - dv), b.max_v = std::max(b.max_v, v + dv);
-        }
+        addReach(rows + BentRows::kU * BentRows::kLanes, rows + BentRows::kSlopeU * BentRows::kLanes, u);
+        addReach(rows + BentRows::kV * BentRows::kLanes, rows + BentRows::kSlopeV * BentRows::kLanes, v);
+    }
+    for (int l = 0; l < slab.active; ++l) {
+        b.min_u = std::min(b.min_u, u.low[l] + from_u), b.max_u = std::max(b.max_u, u.high[l] + from_u);
+        b.min_v = std::min(b.min_v, v.low[l] + from_v), b.max_v = std::max(b.max_v, v.high[l] + from_v);
     }
     if (first_start >= set.sense * exit || last_end <= set.sense * entry) return {};
     return b;

@@ -17,16 +17,30 @@ namespace {
 
 constexpr double kMostNodes = 1073741824.0;  // 2^30: 4 GiB
 
-/// Samples of a line, in place, to the coefficients of the spline through them that goes on straight beyond the ends:
-/// c[i - 1] + 4 c[i] + c[i + 1] = 6 f[i], and c = f at both ends [Unser 1999].
-void prefilterLine(std::vector<double>& line, std::vector<double>& pivots) {
-    const std::size_t last = line.size() - 1;
-    pivots.assign(line.size(), 0);
+/// Lines of nodes that are filtered together: their recurrences go side by side, and what is fetched is used.
+constexpr std::size_t kSideBySide = 16;
+
+/// 1 / (4 - the one before): what elimination divides by, the same for all lines.
+std::vector<double> pivotsOf(std::size_t count) {
+    std::vector<double> pivots(count, 0);
+    for (std::size_t i = 1; i + 1 < count; ++i) pivots[i] = 1 / (4 - pivots[i - 1]);
+    return pivots;
+}
+
+/// Samples of kSideBySide lines, in place, to the coefficients of the splines through them that go on straight beyond
+/// the ends: c[i - 1] + 4 c[i] + c[i + 1] = 6 f[i], and c = f at both ends [Unser 1999].
+void prefilterLines(std::vector<double>& lines, const std::vector<double>& pivots) {
+    const std::size_t last = pivots.size() - 1;
     for (std::size_t i = 1; i < last; ++i) {
-        pivots[i] = 1 / (4 - pivots[i - 1]);
-        line[i] = (6 * line[i] - line[i - 1]) * pivots[i];
+        double* here = &lines[i * kSideBySide];
+        const double* before = here - kSideBySide;
+        for (std::size_t s = 0; s < kSideBySide; ++s) here[s] = (6 * here[s] - before[s]) * pivots[i];
     }
-    for (std::size_t i = last; i-- > 1;) line[i] -= pivots[i] * line[i + 1];
+    for (std::size_t i = last; i-- > 1;) {
+        double* here = &lines[i * kSideBySide];
+        const double* after = here + kSideBySide;
+        for (std::size_t s = 0; s < kSideBySide; ++s) here[s] -= pivots[i] * after[s];
+    }
 }
 
 inline CubicWeights weightsAt(double t) {
@@ -94,17 +108,23 @@ void SplineIndex::sample(const std::function<double(const glm::dvec3&)>& half_sq
 }
 
 void SplineIndex::prefilter(int axis) {
-    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    // Lines side by side are neighbours in memory, but for those along x.
+    const int a = axis == 0 ? 1 : 0, b = 3 - axis - a;
+    const std::size_t strides[3] = {1, flat(0, 1, 0), flat(0, 0, 1)};
+    const auto count = static_cast<std::size_t>(nodes_.count[axis]), beside = static_cast<std::size_t>(nodes_.count[a]);
+    const std::vector<double> pivots = pivotsOf(count);
     parallelFor(nodes_.count[b], [&](std::int64_t j) {
-        std::vector<double> line(static_cast<std::size_t>(nodes_.count[axis])), pivots;
-        glm::ivec3 at;
-        at[b] = static_cast<int>(j);
-        for (at[a] = 0; at[a] < nodes_.count[a]; ++at[a]) {
-            for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
-                line[static_cast<std::size_t>(at[axis])] = double(coefficients_[flat(at.x, at.y, at.z)]);
-            prefilterLine(line, pivots);
-            for (at[axis] = 0; at[axis] < nodes_.count[axis]; ++at[axis])
-                coefficients_[flat(at.x, at.y, at.z)] = static_cast<float>(line[static_cast<std::size_t>(at[axis])]);
+        std::vector<double> lines(count * kSideBySide, 0.0);
+        for (std::size_t from = 0; from < beside; from += kSideBySide) {
+            const std::size_t side = std::min(kSideBySide, beside - from);
+            float* first = &coefficients_[static_cast<std::size_t>(j) * strides[b] + from * strides[a]];
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t s = 0; s < side; ++s)
+                    lines[i * kSideBySide + s] = double(first[i * strides[axis] + s * strides[a]]);
+            prefilterLines(lines, pivots);
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t s = 0; s < side; ++s)
+                    first[i * strides[axis] + s * strides[a]] = static_cast<float>(lines[i * kSideBySide + s]);
         }
     });
 }

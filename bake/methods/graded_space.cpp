@@ -95,6 +95,7 @@ double GradedMedia::halfSquare(const glm::dvec3& world, int channel) const {
 }
 
 double GradedMedia::halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3& voxel, int channel) const {
+    if (!rims) return indexOf(objects.front(), channel).halfSquareAt(middle);
     glm::dmat3 axes(1);
     for (int a = 0; a < 3; ++a) axes[a] *= voxel[a];
     return meanAcrossRims(

@@ -15,8 +15,10 @@ namespace photic {
 /// The media of a scene whose index varies, as one channel's light sees them. Where several hold a place, the first
 /// one is there.
 struct GradedMedia {
-    explicit GradedMedia(const Scene& scene) : objects(scene.index->objects()) {}
+    explicit GradedMedia(const Scene& scene)
+        : objects(scene.index->objects()), rims(objects.size() > 1 || !fillTheWorld()) {}
     const std::vector<GradedObject>& objects;
+    bool rims;  ///< somewhere: not where one medium is everywhere
 
     bool disperses() const;
     bool fillTheWorld() const;

@@ -181,13 +181,16 @@ private:
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
         constexpr int kHalvings = 3;
-        if (obstacles_->empty() &&
-            2 * (medium_.space().index->largest() - medium_.space().index->least()) < kGentleContrast)
-            return front;
-        const std::size_t most = 3 * front.tubes.size();
         SweepTotals nobodys;
         nobodys.work = totals_.work;
         FrontSweep probe(medium_.space(), field, voxelise_, nobodys, monitor);
+        const SplineIndex& index = *medium_.space().index;
+        if (obstacles_->empty() &&
+            (2 * (index.largest() - index.least()) < kGentleContrast || !probe.someTurn(front))) {
+            totals_.trace_seconds += nobodys.trace_seconds;
+            return front;
+        }
+        const std::size_t most = 3 * front.tubes.size();
         Front whole;
         whole.axis = front.axis, whole.sense = front.sense;
         for (int halving = 0; halving < kHalvings; ++halving) {

@@ -68,6 +68,7 @@ struct FrontSweep::State {
     bool attenuates = false, timed = false;
     double time_origin = 0;  ///< optical path that the rays' counts from [m]
     int channels = 1;
+    float least_cosine = 0.5f;  ///< to the axis, of rays that are followed
 };
 
 /// A tube's ray where it leaves its front.

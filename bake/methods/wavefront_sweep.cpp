@@ -78,7 +78,7 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     std::copy_n(state.packed.bent.voxel, 3, march.voxel);
     march.first_w = first_w, march.layers = chunk.layers, march.sense = front.sense;
     march.node_w = node[front.axis];
-    march.least_lit = space_.least_lit, march.channels = state.channels;
+    march.least_lit = space_.least_lit, march.channels = state.channels, march.least_cosine = state.least_cosine;
     BentRows& bent = state.packed.bent;
     bent.values.resize(front.rays.size() * bent.rayStride());
     state.before = state.rays;
@@ -143,9 +143,8 @@ std::vector<std::uint32_t> FrontSweep::findLost(Front front, int turns) {
     return lost;
 }
 
-std::vector<Front> FrontSweep::run(const Front& front) {
-    if (front.tubes.empty()) return {};
-    State state;
+/// Puts a front's rays at their start.
+void FrontSweep::setOut(const Front& front, State& state) const {
     state.attenuates = !space_.media.empty(), state.channels = field_.channels().irradiance;
     const auto axes = axesFor(front.axis);
     state.timed = sinks_.first != nullptr && !lost_;
@@ -162,8 +161,40 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         state.rays.lit[r] = ray.lit ? 1.0f : 0.0f;
         if (state.timed) state.rays.time[r] = static_cast<float>(ray.time - state.time_origin);
     }
-    const auto groups =
-        planSlabs(field_.needed(), front.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
+}
+
+std::vector<SlabGroup> FrontSweep::groupsAlong(int axis) const {
+    return planSlabs(field_.needed(), axis, TileSums::kColumns, widestLanes(options_.instruction_set));
+}
+
+bool FrontSweep::someTurn(const Front& front) {
+    Front some;
+    some.axis = front.axis, some.sense = front.sense;
+    // Rays that lie evenly, however long the rows are [Weyl 1916].
+    constexpr double kStep = 0.6180339887498949, kShare = 1.0 / 8;
+    for (std::size_t r = 0; r < front.rays.size(); ++r) {
+        const double place = kStep * static_cast<double>(r);
+        if (place - std::floor(place) < kShare) some.rays.push_back(front.rays[r]);
+    }
+    State state;
+    state.least_cosine = 0.7071f;
+    setOut(some, state);
+    pack(some, {}, state.packed);
+    const auto groups = groupsAlong(front.axis);
+    for (const Chunk& chunk : chunksOf(some, groups)) {
+        monitor_.checkCancelled();
+        march(some, chunk, state);
+        for (std::size_t r = 0; r < some.rays.size(); ++r)
+            if (state.rays.stopped[r] >= 0) return true;
+    }
+    return false;
+}
+
+std::vector<Front> FrontSweep::run(const Front& front) {
+    if (front.tubes.empty()) return {};
+    State state;
+    setOut(front, state);
+    const auto groups = groupsAlong(front.axis);
     const std::vector<Chunk> chunks = chunksOf(front, groups);
     pack(front, {}, state.packed);
     state.packed.bent.timed = state.timed;

@@ -92,6 +92,9 @@ public:
     /// of a bake, so the totals should be none that anybody reads.
     std::vector<std::uint32_t> findLost(Front front, int turns);
 
+    /// Whether any of an eighth of a front's rays turns by 45 degrees from its axis: where none does, no tube is lost.
+    bool someTurn(const Front& front);
+
 private:
     struct Chunk;
     struct Packed;
@@ -105,6 +108,8 @@ private:
     /// The voxel that rays and rows count from: single precision holds no map's coordinates.
     glm::ivec3 origin() const { return field_.frame().min; }
     std::vector<Chunk> chunksOf(const Front& front, const std::vector<SlabGroup>& groups) const;
+    std::vector<SlabGroup> groupsAlong(int axis) const;
+    void setOut(const Front& front, State& state) const;
     void pack(const Front& front, const std::vector<TubeEnd>& ends, Packed& packed) const;
     int stepsIn(const Front& front, const Chunk& chunk) const;
     void march(const Front& front, const Chunk& chunk, State& state);

@@ -25,6 +25,7 @@ void skipping(const Effort& effort, Findings& findings);
 void eikonalLarge(const Effort& effort, Findings& findings);  ///< the same at 512^3, without peers
 void wavesLarge(const Effort& effort, Findings& findings);    ///< waves in the pool at 512^3
 void eikonal(const Effort& effort, Findings& findings);       ///< run time against error of fronts, peers beside
+void fronts(const Effort& effort, Findings& findings);        ///< through media whose index varies
 void waves(const Effort& effort, Findings& findings);         ///< the wave method, beside its paper's table
 
 }  // namespace photic::benchmark
