@@ -26,7 +26,7 @@ std::string wordsOf(const std::vector<ReceiverError>& errors) {
     for (const ReceiverError& error : errors)
         words += fmt::format("{}{}: look-ups are off by {:.2g} % at {:.2g} mm{}", words.empty() ? "" : "; ", error.name,
                              100 * error.relative_l1, 1000 * error.detail,
-                             error.share < 0.9 ? fmt::format(" (on {:.0f} % of it)", 100 * error.share) : "");
+                             error.share < 0.9 ? fmt::format(" (on {:.2g} % of it)", 100 * error.share) : "");
     return words;
 }
 

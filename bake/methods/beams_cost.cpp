@@ -23,7 +23,7 @@ constexpr double kSecondsATriangle = 1.1e-6;   // that is looked at one by one
 constexpr double kSecondsASearch = 2.9e-6;     // of what stands between its corners
 constexpr double kSecondsALeg = 1e-6;          // of a ray that is cast from a mesh or a sphere
 constexpr double kSecondsATube = 3.4e-7;       // in a slab, at a point of its layers
-constexpr double kSecondsAnEdgeCell = 7.2e-9;  // of four channels
+constexpr double kSecondsAnEdgeCell = 6.3e-9;  // of four channels
 constexpr double kSecondsAValue = 7e-9;        // summed in a voxel
 constexpr double kSecondsABlurredValue = 7e-9;
 
