@@ -6,7 +6,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string_view>
@@ -173,18 +175,45 @@ VerbRun printed(std::string page) {
     };
 }
 
+/// Of an option that does not exist, with the one that may be meant; empty where all are known.
+std::string unknownOption(const std::vector<std::string>& known, const std::vector<std::string>& words) {
+    for (const std::string& word : words) {
+        const std::string name = word.substr(0, word.find('='));
+        if (!name.starts_with("-") || name.size() < 3 || std::isdigit(static_cast<unsigned char>(name[1]))) continue;
+        const std::string full = name.starts_with("--") ? name : "-" + name;
+        const bool is_known = std::find(known.begin(), known.end(), full) != known.end();
+        if (name.starts_with("--") ? is_known : !is_known) continue;
+        const std::string near = is_known ? full : nearestName(name, known);
+        return fmt::format("there is no option {}{}", name, near.empty() ? "" : "; did you mean " + near + "?");
+    }
+    return {};
+}
+
+/// "--threads: Value 5000 not in range 0.000000 to 1024.000000" in words; empty where that is not what is said.
+std::string outOfRange(const std::string& what) {
+    const auto value = what.find("Value "), range = what.find(" not in range "), to = what.rfind(" to ");
+    if (value == std::string::npos || range == std::string::npos || to < range) return {};
+    constexpr double kNoLimit = 1e300;
+    const double least = std::atof(what.c_str() + range + 14), most = std::atof(what.c_str() + to + 4);
+    const std::string limit = most < kNoLimit ? fmt::format("from {:g} to {:g}", least, most)
+                              : least > 0     ? "above 0"
+                                              : "not below 0";
+    return fmt::format("{}{} is not possible; it must be {}", what.substr(0, value),
+                       what.substr(value + 6, range - value - 6), limit);
+}
+
 /// What is wrong with a command line, in words of ours; with a suggestion for an option that does not exist.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
     std::vector<std::string> known;
     for (const CLI::Option* option : app.get_options())
         for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-    if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
-        for (const std::string& word : words) {
-            const std::string name = word.substr(0, word.find('='));
-            if (!name.starts_with("--") || std::find(known.begin(), known.end(), name) != known.end()) continue;
-            const std::string near = nearestName(name, known);
-            return fmt::format("there is no option {}{}", name, near.empty() ? "" : "; did you mean " + near + "?");
-        }
+    known.push_back("--help");
+    // A verb that lacks its file may have been asked for help with a slip of the pen.
+    const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+    if (extras || dynamic_cast<const CLI::RequiredError*>(&error)) {
+        if (const std::string unknown = unknownOption(known, words); !unknown.empty()) return unknown;
+    }
+    if (extras) {
         return fmt::format("more than the verb takes: {}", fmt::join(app.remaining(), " "));
     }
     // CLI11's own words would name types of C++.
@@ -194,7 +223,8 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, const s
     constexpr std::string_view kNoNumber = "Could not convert: ";
     if (what.starts_with(kNoNumber))
         return fmt::format("{} is no number that can be used", what.substr(kNoNumber.size()));
-    return what;
+    const std::string range = outOfRange(what);
+    return range.empty() ? what : range;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "bake/baker/game_budget.h"
+#include "bake/cli/another_scene.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/export_error.h"
 #include "bake/cli/export_index.h"
@@ -393,12 +394,13 @@ int run(const ExportArguments& given, Terminal& terminal) {
         // Dense files of a sequence are alike: a frame whose light opposes itself nowhere has a dark second lobe.
         if (!page && survey.second_lobe && !volume.second && volume.field.channels().flux)
             volume.second.emplace(volume.field.neededPtr(), volume.field.channels());
+        if (selection.scene && !page) warnOfAnotherScene(*selection.scene, volume, path, terminal);
         std::optional<LightVolume> less;
         if (selection.plan) less.emplace(selection.of(volume, terminal));
         const LightVolume& exported = less ? *less : volume;
         const std::optional<VoxelBox> box = wanted ? voxelsIn(*wanted, exported) : survey.box;
         const Written written =
-            page ? denseWritten(page->writeFrame(outputs, survey.outputs[i], exported, box, terminal))
+            page ? denseWritten(page->writeFrame(outputs, survey.outputs[i], {path, exported, box}, terminal))
                  : write(arguments, format.format, outputs, survey.outputs[i], exported, box);
         outputs.commit();
         frames.push_back(reported(path, written, arguments, format, terminal));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "bake/cli/another_scene.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/report/error.h"
 #include "bake/scene/load_toml.h"
@@ -49,11 +50,13 @@ void WebExport::warnOfSize(const DenseTexels& texels, Terminal& terminal) const 
                     texels.size.x, texels.size.y, texels.size.z, kEveryBrowser, 1.01 * side / kEveryBrowser));
 }
 
-DenseWritten WebExport::writeFrame(OutputSet& outputs, const std::string& output, const LightVolume& volume,
-                                   const std::optional<VoxelBox>& box, Terminal& terminal) {
+DenseWritten WebExport::writeFrame(OutputSet& outputs, const std::string& output, const Shown& shown,
+                                   Terminal& terminal) {
+    const LightVolume& volume = shown.volume;
     const int frame = frameOf(volume).value_or(0);
     const Scene scene = loadScene(scene_file_, frame, terminal);
-    const DenseTexels texels = denseTexels(volume, box);
+    warnOfAnotherScene(scene, volume, shown.path, terminal);
+    const DenseTexels texels = denseTexels(volume, shown.box);
     if (scene_script_.empty()) {
         warnOfSize(texels, terminal);
         scene_script_ = webSceneScript({scene, loadFrameRate(scene_file_), frames_}, volume, texels);

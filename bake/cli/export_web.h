@@ -24,9 +24,14 @@ public:
 
     /// What the page will list: all frames, in the order in which they are written.
     void expect(std::vector<WebFrame> frames) { frames_ = std::move(frames); }
-    /// Writes the file of one frame, and warns of what browsers may not take.
-    DenseWritten writeFrame(OutputSet& outputs, const std::string& output, const LightVolume& volume,
-                            const std::optional<VoxelBox>& box, Terminal& terminal);
+    /// A volume, the file that it is from, and the box of it that is shown.
+    struct Shown {
+        const std::string& path;
+        const LightVolume& volume;
+        const std::optional<VoxelBox>& box;
+    };
+    /// Writes the file of one frame, and warns of what browsers may not take and of a scene that is another's.
+    DenseWritten writeFrame(OutputSet& outputs, const std::string& output, const Shown& shown, Terminal& terminal);
     /// Writes the page. Its first file is what a person opens, and appears last.
     void finish(OutputSet& outputs, Terminal& terminal);
 

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "bake/cli/another_scene.h"
 #include "bake/cli/bake_plan.h"
 #include "bake/cli/verbs.h"
 #include "bake/field/scene_grid.h"
@@ -211,34 +212,11 @@ std::vector<Subject> chooseSubjects(const PictureArguments& arguments, const Sce
     return each;
 }
 
-/// A volume may be pictured with a scene that has changed since; what cannot be of one bake is worth a word.
-void warnOfAnotherScene(const Shot& shot, const std::string& path, Terminal& terminal) {
-    const double baked = shot.volume.reference_irradiance, now = shot.scene.referenceIrradiance();
-    if (std::fabs(baked - now) > 1e-6 * now)
-        terminal.warn(fmt::format("'{}' seems to be of another scene: its light has {:.6g} W/m2, that of '{}' {:.6g}",
-                                  path, baked, shot.scene.file, now));
-    const GridFrame& volume = shot.volume.field.frame();
-    const GridFrame scene = sceneFrame(shot.scene);
-    glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);  // of the scene's box, in the volume's voxels
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 at(corner & 1 ? scene.max.x : scene.min.x, corner & 2 ? scene.max.y : scene.min.y,
-                            corner & 4 ? scene.max.z : scene.min.z);
-        const glm::dvec3 index = volume.indexFromWorld(scene.worldFromIndex(at));
-        low = glm::min(low, index), high = glm::max(high, index);
-    }
-    for (int a = 0; a < 3; ++a) {
-        if (high[a] >= volume.min[a] && low[a] <= volume.max[a]) continue;
-        terminal.warn(fmt::format("'{}' seems to be of another scene: it lies wholly outside the domain of '{}'", path,
-                                  shot.scene.file));
-        return;
-    }
-}
-
 Shot loadShot(const PictureArguments& arguments, const std::string& path, Terminal& terminal) {
     LightVolume volume = readVdb(path);
     Shot shot{loadScene(arguments.scene, frameOf(volume).value_or(0), terminal), std::move(volume),
               fs::path(path).stem().string()};
-    warnOfAnotherScene(shot, path, terminal);
+    warnOfAnotherScene(shot.scene, shot.volume, path, terminal);
     return shot;
 }
 

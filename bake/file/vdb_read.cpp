@@ -7,9 +7,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <memory>
@@ -32,6 +34,18 @@ constexpr std::int64_t kLargestTiles = std::int64_t{1} << 26;
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
     throw Error(ErrorCode::Input, fmt::format("cannot read {}: {}", path, why), path);
+}
+
+// What is given for a volume by mistake, told by its name; null for anything else.
+const char* otherKind(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".toml" || extension == ".glb" || extension == ".gltf")
+        return "it is a scene; a light volume (.vdb) is wanted, which photic bake makes of it";
+    if (extension == ".nvdb")
+        return "it is a volume for games, which photic export made; give the .vdb that it was made of";
+    return nullptr;
 }
 
 // All bytes of a file, read by several threads: a copy out of the system's cache is what it costs.
@@ -304,7 +318,8 @@ LightVolume readVdb(const std::string& path) {
         for (const auto& [name, grid] : known.scalars) volume.scalars.emplace(name, scalarField(grid, needed));
         return volume;
     } catch (const VolumeFault& fault) {
-        refuse(path, fault.what());
+        const char* kind = otherKind(path);
+        refuse(path, kind ? kind : fault.what());
     } catch (const std::bad_alloc&) {
         refuse(path, "it is larger than memory");
     }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -298,9 +299,33 @@ double loadFrameRate(const std::string& path) {
     return frameRateOf(isGltf(path) ? none : parseConfig(readFileBytes(path), path));
 }
 
+namespace {
+
+/// What is given for a scene by mistake, told by its name; its bytes would make no sense as text.
+void refuseOtherFiles(const std::string& path) {
+    struct Kind {
+        const char *extension, *words;
+    };
+    constexpr Kind kKinds[] = {{".vdb", "is a volume, which photic bake makes of a scene"},
+                               {".nvdb", "is a volume for games, which photic export makes"},
+                               {".blend", "is a file of Blender; export a .glb, or bake with the add-on"},
+                               {".obj", "is a mesh; a scene names it as the file of a [[surface]] or [[object]]"},
+                               {".ply", "is a mesh; a scene names it as the file of a [[surface]] or [[object]]"}};
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (const Kind& kind : kKinds)
+        if (extension == kind.extension && std::filesystem::exists(path))
+            throw Error(ErrorCode::Input,
+                        fmt::format("'{}' {}; a scene (.toml, .glb or .gltf) is wanted", path, kind.words));
+}
+
+}  // namespace
+
 Scene loadScene(const std::string& path, int frame, Monitor& monitor) {
     const std::filesystem::path file(path);
     if (isGltf(path)) return loadGltfScene(path, frame, monitor);
+    refuseOtherFiles(path);
     std::error_code unknown;
     if (const auto size = std::filesystem::file_size(file, unknown); !unknown && size > kLargestScene)
         throw Error(

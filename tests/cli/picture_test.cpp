@@ -129,6 +129,13 @@ TEST(Picture, AVolumeOfAnotherSceneIsWarnedOf) {
     EXPECT_NE(change("min = [-1.0, -1.0, -1.2]\nmax = [ 1.0,", "min = [4.0, -1.0, -1.2]\nmax = [ 6.0,")
                   .find("wholly outside"),
               std::string::npos);
+    // Whatever shows the two together says so.
+    for (const Strings& shown :
+         {Strings{"export", "pool.vdb", "--scene", "pool.toml", "--web", "page"},
+          Strings{"export", "pool.vdb", "--scene", "pool.toml", "-o", "a.nvdb", "--budget", "9"}}) {
+        const Outcome outcome = photic(place, shown);
+        EXPECT_NE(outcome.err.find("another scene"), std::string::npos) << outcome.err;
+    }
 }
 
 TEST(Picture, PointsThatAreNotFiniteAreRefused) {

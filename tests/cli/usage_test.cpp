@@ -48,6 +48,38 @@ TEST(Usage, MistakesExitWithTwo) {
     expectUsage({"bake", "pool.toml", "--max-memory", "-1"}, {"--max-memory", "-1"});
 }
 
+// Also where the verb's file is missing, or one dash of two.
+TEST(Usage, OptionsThatAreMisspeltAreSuggested) {
+    expectUsage({"bake", "--hlep"}, {"--hlep", "did you mean --help?"});
+    expectUsage({"inspect", "--jsn"}, {"--jsn", "did you mean --json?"});
+    expectUsage({"bake", "pool.toml", "-voxel-size", "0.1"}, {"-voxel-size", "did you mean --voxel-size?"});
+    expectUsage({"bake", "pool.toml", "--voxelsize=0.1"}, {"--voxelsize", "did you mean --voxel-size?"});
+}
+
+TEST(Usage, NumbersOutOfRangeAreSaidInWords) {
+    expectUsage({"bake", "pool.toml", "--threads", "5000"}, {"--threads: 5000", "from 0 to 1024"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "--exposure=-1"}, {"--exposure: -1", "must be not below 0;"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "--fov", "999"}, {"--fov: 999", "from 1 to 150"});
+}
+
+// As when the scene and the volume change places.
+TEST(Usage, FilesOfAnotherKindAreNamed) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    for (const char* name : {"light.vdb", "light.nvdb", "water.obj", "pool.blend"}) place.write(name, "\xff\xfe");
+    const auto refused = [&](const Strings& arguments, const std::string& words) {
+        const Outcome outcome = photic(place, arguments);
+        EXPECT_EQ(outcome.code, 3) << outcome.err;
+        EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    };
+    refused({"bake", "light.vdb", "-o", "out.vdb"}, "is a volume, which photic bake makes of a scene");
+    refused({"bake", "light.nvdb", "-o", "out.vdb"}, "is a volume for games");
+    refused({"bake", "water.obj", "-o", "out.vdb"}, "is a mesh");
+    refused({"bake", "pool.blend", "-o", "out.vdb"}, "export a .glb");
+    refused({"inspect", "pool.toml"}, "it is a scene");
+    refused({"inspect", "light.nvdb"}, "give the .vdb that it was made of");
+}
+
 TEST(Usage, SetNamesItsMistake) {
     expectUsage({"bake", "pool.toml", "--set", "mesh=512"}, {"METHOD.OPTION=VALUE"});
     expectUsage({"bake", "pool.toml", "--set", "beems.mesh=512"}, {"did you mean 'beams'"});
