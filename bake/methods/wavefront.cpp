@@ -315,9 +315,9 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), question.options);
     const Scene& scene = question.scene;
     // Seconds of one thread of a 2.6 GHz server core.
-    constexpr double kSecondsANode = 3e-7, kSecondsASampledNode = 1.2e-6, kSecondsARayStep = 3.6e-8,
-                     kSecondsAPlaneNode = 3.6e-9, kSecondsATube = 3.4e-7, kSecondsAnArrival = 9e-6,
-                     kSecondsAnEdgeCell = 7.2e-9, kSecondsAValue = 7e-9;
+    constexpr double kSecondsANode = 1.8e-7, kSecondsASampledNode = 1.1e-6, kSecondsARayStep = 2.8e-8,
+                     kSecondsAPlaneNode = 4.4e-9, kSecondsATube = 2.6e-7, kSecondsAnArrival = 9e-6,
+                     kSecondsAnEdgeCell = 6.3e-9, kSecondsAValue = 7e-9;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
     const GradedSpace medium(scene, question.frame, {options.disc_samples, SplineFit::Auto, options.steps});
     const glm::dvec3 size(medium.space().high - medium.space().low + 1);
