@@ -81,6 +81,33 @@ TEST(Lobes, OpposedSunsLightEachItsWall) {
         EXPECT_EQ(warning.find("far apart"), std::string::npos) << warning;
 }
 
+// Each lobe is filtered by itself. Where a roof keeps one sun out, leaves of the second lobe end beside leaves whose
+// light the first has alone: looked up together nothing of that may show.
+TEST(Lobes, ThePrefilterLeavesTheirSumAlone) {
+    const std::string roof = "[[object]]\nname = \"roof\"\nbox = { min = [-4, -4, 0.5], max = [-0.5, 4, 0.6] }\n";
+    Scene scene = opposedSuns(kCalm, roof);
+    Record record;
+    const BakedScene plain = bakeScene(scene, record);
+    scene.bake.prefilter = true;
+    const BakedScene filtered = bakeScene(scene, record);
+    ASSERT_TRUE(plain.volume.second.has_value() && filtered.volume.second.has_value());
+    const auto all = [](const LightVolume& volume) { return volume.field.sum(0) + volume.second->sum(0); };
+    EXPECT_NEAR(all(filtered.volume) / all(plain.volume), 1, 1e-5);
+    const VolumeLookup before(plain.volume), after(filtered.volume);
+    int looked_at = 0;
+    for (double x = -0.8; x <= 0.8; x += 0.043)
+        for (double z = -1.7; z <= -0.2; z += 0.11)
+            for (const glm::dvec3 normal : {glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0)}) {
+                // Away from the roof's shadows, which it does sharpen.
+                const auto at = [&](double shift) { return before.receiverIrradiance({x + shift, 0.01, z}, normal).x; };
+                if (std::fabs(at(0.2) - at(-0.2)) > 1e-3 * kEast || std::fabs(at(0.1) - at(-0.1)) > 1e-3 * kEast)
+                    continue;
+                EXPECT_NEAR(after.receiverIrradiance({x, 0.01, z}, normal).x, at(0), 2e-3 * kEast) << x << " " << z;
+                ++looked_at;
+            }
+    EXPECT_GT(looked_at, 300);
+}
+
 TEST(Lobes, PhotonsAndWavesPartThemToo) {
     Scene scene = opposedSuns();
     for (const char* method : {"photons", "wave"}) {

@@ -305,5 +305,20 @@ TEST(Outputs, MessagesDoNotSpeakToTheTerminal) {
     EXPECT_NE(outcome.err.find("\\x1b[2Jgone\\x0anext"), std::string::npos) << outcome.err;
 }
 
+// As when a farm hands one frame to two machines: whichever is last, the file is whole, and both say that all is well.
+TEST(Outputs, TwoBakesOfOneFileAtOnceLeaveItWhole) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml", "-o", "alone.vdb"}).code, 0);
+    for (int times = 0; times < 3; ++times) {
+        Program one(place, {"bake", "pool.toml", "-o", "pool.vdb"}),
+            two(place, {"bake", "pool.toml", "-o", "pool.vdb"});
+        EXPECT_EQ(one.wait().code, 0);
+        EXPECT_EQ(two.wait().code, 0);
+        EXPECT_TRUE(place.read("pool.vdb") == place.read("alone.vdb"));
+        EXPECT_EQ(place.names(), (Strings{"alone.vdb", "pool.toml", "pool.vdb"}));
+    }
+}
+
 }  // namespace
 }  // namespace photic::test
