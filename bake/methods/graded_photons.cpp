@@ -170,18 +170,8 @@ bool GradedPhotons::inside(const glm::dvec3& world) const {
 
 /// How far straight on a ray from beside the space comes into it, and a hair further [m]; infinity where it does not.
 double GradedPhotons::distanceToSpace(const Photon& photon) const {
-    const glm::dvec3 direction = glm::normalize(photon.ray.momentum), from = photon.ray.position;
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    double enter = 0, leave = kNever;
-    for (int a = 0; a < 3; ++a) {
-        if (direction[a] == 0) {
-            if (from[a] < low_world_[a] || from[a] > high_world_[a]) return kNever;
-            continue;
-        }
-        const double low = (low_world_[a] - from[a]) / direction[a], high = (high_world_[a] - from[a]) / direction[a];
-        enter = std::max(enter, std::min(low, high)), leave = std::min(leave, std::max(low, high));
-    }
-    return enter < leave ? enter + kHairVoxels * std::min({voxel_.x, voxel_.y, voxel_.z}) : kNever;
+    return distanceInto({low_world_, high_world_}, photon.ray.position, glm::normalize(photon.ray.momentum)) +
+           kHairVoxels * std::min({voxel_.x, voxel_.y, voxel_.z});
 }
 
 /// How far a ray goes in its block, and a hair further [m]; not beyond the space.

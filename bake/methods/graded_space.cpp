@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 
 #include "bake/graded/voxel_mean.h"
@@ -116,6 +117,20 @@ double GradedMedia::contrast(const GridFrame& frame) const {
     for (const GradedObject& object : objects)
         if (const auto bounds = object.index.front()->bounds()) look(0.5 * (bounds->min + bounds->max));
     return most - least;
+}
+
+double distanceInto(const WorldBox& box, const glm::dvec3& from, const glm::dvec3& direction) {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    double enter = 0, leave = kNever;
+    for (int a = 0; a < 3; ++a) {
+        if (direction[a] == 0) {
+            if (from[a] < box.min[a] || from[a] > box.max[a]) return kNever;
+            continue;
+        }
+        const double low = (box.min[a] - from[a]) / direction[a], high = (box.max[a] - from[a]) / direction[a];
+        enter = std::max(enter, std::min(low, high)), leave = std::min(leave, std::max(low, high));
+    }
+    return enter < leave ? enter : kNever;
 }
 
 FrontBox mediaBox(const GradedMedia& media, const GridFrame& frame) {

@@ -35,6 +35,10 @@ struct GradedMedia {
     double contrast(const GridFrame& frame) const;
 };
 
+/// How far straight on from a place a box is entered [m]; 0 within it, infinity where it is missed.
+/// @param direction  unit
+double distanceInto(const WorldBox& box, const glm::dvec3& from, const glm::dvec3& direction);
+
 /// What holds all media, two voxels around them that a spline may blur them over, and the whole grid where one fills
 /// the world.
 FrontBox mediaBox(const GradedMedia& media, const GridFrame& frame);

@@ -11,6 +11,7 @@
 #include "bake/methods/front_obstacles.h"
 #include "bake/methods/graded_space.h"
 #include "bake/methods/method_options.h"
+#include "bake/methods/paper_fronts.h"
 #include "bake/methods/wavefront_launch.h"
 #include "bake/paths/emission.h"
 #include "bake/paths/optical_scene.h"
@@ -40,6 +41,12 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
                    {{"all", WavefrontArrivals::All}, {"strongest", WavefrontArrivals::Strongest}},
                    "light that a voxel keeps: all that comes, or only that of the arrival that brings most, as the "
                    "paper does; the report then says what that leaves out"),
+        bindOption("preset", &WavefrontOptions::preset,
+                   {{"none", WavefrontPreset::None}, {"paper", WavefrontPreset::Paper}},
+                   "paper: the simulator of Ihrke et al. 2007, to compare: Euler steps of equal time, patches in the "
+                   "voxels of their middles, the strongest kept, none beyond caustics"),
+        bindOption("smooth", &WavefrontOptions::smooth, {0, 4}, "voxels",
+                   "standard deviation by which the paper's preset blurs n"),
     };
     return bindings;
 }
@@ -125,11 +132,15 @@ public:
         out.seconds.emplace_back("trace", totals_.trace_seconds);
         out.seconds.emplace_back("deposit", totals_.deposit_seconds);
         out.field_bytes = field.bytes() + medium_.bytes();
-        if (totals_.power.dropped > 1e-3 * totals_.power.emitted)
+        const double dropped = totals_.power.dropped / totals_.power.emitted;
+        if (options_.preset == WavefrontPreset::Paper)
+            out.skipped.push_back(
+                fmt::format("light beyond caustics, as the paper's simulator does: {:.2g} of it is dropped", dropped));
+        else if (dropped > 1e-3)
             monitor_.warn(
                 fmt::format("{:.2g} of the light turned too sharply to be followed and is counted as dropped; more "
                             "'turns', smaller 'spacing' or smaller voxels follow more of it",
-                            totals_.power.dropped / totals_.power.emitted));
+                            dropped));
         // A face of glass is spread over two voxels.
         constexpr double kSteep = 0.5;
         if (medium_.jump() > kSteep)
@@ -171,6 +182,7 @@ private:
     }
 
     static SplineFit fitOf(const WavefrontOptions& options) {
+        if (options.preset == WavefrontPreset::Paper) return SplineFit::Plain;
         return options.spline == WavefrontSpline::Auto      ? SplineFit::Auto
                : options.spline == WavefrontSpline::Through ? SplineFit::Through
                                                             : SplineFit::Plain;
@@ -235,6 +247,13 @@ private:
                                  obstacles_->empty() ? nullptr : &obstacles_->caster()};
         FrontProgress progress(monitor_);
         progress.nextFront(part.from, 0);
+        if (options_.preset == WavefrontPreset::Paper) {
+            const Front front = launchFront(launch, light, sample);
+            for (const Front::Tube& tube : front.tubes) totals_.power.emitted += channelMean(tube.power);
+            progress.nextFront(part.from, part.share);
+            PaperFronts(medium_.space(), frame_, options_.smooth).lay(front, field, totals_, progress);
+            return;
+        }
         std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
         for (Front::Tube& tube : fronts.front().tubes) {
             tube.power *= channels;
@@ -348,11 +367,26 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     return cost;
 }
 
+/// @throws Error{Input} for what the paper's simulator does not know
+void refusePreset(const Scene& scene, const WavefrontOptions& options) {
+    const auto refuse = [](const std::string& why) {
+        throw Error(ErrorCode::Input, "the paper's preset of wavefront " + why, "bake.wavefront.preset");
+    };
+    for (const Object& object : scene.objects)
+        if (object.blocks())
+            refuse(fmt::format("knows nothing that stands in the light; give '{}' the role \"movable\"", object.name));
+    if (GradedMedia(scene).disperses()) refuse("has one index for all colours; give the media one");
+    if (scene.bake.grids.arrival_time) refuse("has no grid 'arrival_time'; leave it out of bake.grids");
+    if (options.arrivals == WavefrontArrivals::Strongest)
+        refuse("keeps the strongest patch of a voxel anyhow; leave out 'arrivals'");
+}
+
 BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
                          Monitor& monitor) {
     WavefrontOptions options;
     applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), given);
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
+    if (options.preset == WavefrontPreset::Paper) refusePreset(scene, options);
     BakeReport report;
     if (options.disc_samples == 1)
         for (const Light& light : scene.lights)
@@ -365,11 +399,17 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
     if (scene.bake.grids.arrival_time) bake.askForArrivalTime(needed);
     bake.run(field);
     bake.report(report, field);
-    if (const std::string faces = bake.medium().faces(); !faces.empty()) report.skipped.push_back(faces);
+    const std::string faces = bake.medium().faces();
+    if (!faces.empty() && options.preset == WavefrontPreset::None) report.skipped.push_back(faces);
     std::optional<LightField> caustic;
     if (scene.bake.grids.caustic) caustic = causticBesideMedia(scene, field);
     BakeResult result{std::move(field), std::move(report), {}, {}, std::move(caustic), bake.takeArrivalTime(), {}};
     result.metadata["spline"] = bake.medium().splineName();
+    if (options.preset == WavefrontPreset::Paper) {
+        // Samples of light do not close the path ledger; the report says by how much.
+        result.metadata["spline"] = "trilinear", result.metadata["arrivals"] = "strongest";
+        result.metadata["ledger"] = "";
+    }
     if (const std::optional<ArrivalShares>& arrivals = result.report.arrivals) {
         result.metadata["arrivals"] = "strongest";
         result.metadata["several_arrivals"] = fmt::format("{:.4f}", arrivals->several);

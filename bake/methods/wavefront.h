@@ -11,6 +11,9 @@ enum class WavefrontSpline { Auto, Through, Plain };
 /// Which light a voxel keeps that several pieces of a front pass through (bake/deposit/strongest_arrival.h).
 enum class WavefrontArrivals { All, Strongest };
 
+/// Whose simulator goes through the medium: the method's own, or the paper's (bake/methods/paper_fronts.h).
+enum class WavefrontPreset { None, Paper };
+
 /// [bake.wavefront]
 struct WavefrontOptions {
     double spacing = 1;    ///< [voxels] between the rays of a front where it starts
@@ -19,6 +22,8 @@ struct WavefrontOptions {
     int turns = 12;        ///< times that light may change the axis along which it is followed
     WavefrontSpline spline = WavefrontSpline::Auto;
     WavefrontArrivals arrivals = WavefrontArrivals::All;
+    WavefrontPreset preset = WavefrontPreset::None;
+    double smooth = 0.7;  ///< [voxels] standard deviation by which the preset blurs n
 };
 
 /// The row of the catalogue: fronts of light through media whose index varies, marched plane by plane into the kernel
