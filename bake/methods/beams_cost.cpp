@@ -35,6 +35,7 @@ struct Launched {
     double cells = 0, tubes = 0;
     double legs = 0, triangles = 0, searches = 0;  ///< cast, and looked at, one by one
     DepositWork deposit;
+    double passes = 0;  ///< share of its light that passes the grid
 };
 
 /// Launches a few triangles or blocks for all. Where the disc is sampled the faint histories are followed for one
@@ -72,6 +73,7 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
         all.triangles += times * static_cast<double>(totals.added);
         all.searches += times * static_cast<double>(totals.searches);
         all.deposit += deposit * times;
+        if (totals.power.emitted > 0) all.passes = totals.power.culled / totals.power.emitted;
     }
     return all;
 }
@@ -117,6 +119,8 @@ MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
     const double needed = std::min(1.0, q.needed_voxels / static_cast<double>(q.frame.voxelCount()));
     const OpticalScene optics(scene, q.frame, wavelengthsOf(spectralSamples(options.wavelengths)));
     int most_directions = 1;
+    double passing_seconds = 0;  // the most of one mesh whose light all but misses the grid
+    std::string passing;
     double light_seconds = 0, disc_seconds = 0, sampled_seconds = 0, most_tubes = 0;
     for (const Light& light : scene.lights) {
         const BeamsDisc disc = discFor(scene, light, q.frame, options);
@@ -127,6 +131,14 @@ MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
             const Launched all = launchedFrom(q, optics, static_cast<int>(i), light, options);
             const double seconds = secondsOf(all, needed, channels) + values * kSecondsAValue;
             light_seconds += seconds;
+            constexpr double kNearlyAll = 0.8;
+            if (scene.surfaces[i].mesh && all.passes > kNearlyAll && seconds > passing_seconds) {
+                passing_seconds = seconds;
+                passing = fmt::format(
+                    "most of the time goes into '{}', and {:.3g} % of its light passes the domain: a mesh that ends "
+                    "nearer to it is quicker",
+                    scene.surfaces[i].name, 100 * all.passes);
+            }
             if (disc == BeamsDisc::Sample) sampled_seconds += seconds;
             most_tubes = std::max(most_tubes, all.tubes);
         }
@@ -137,6 +149,7 @@ MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
     cost.stages = {{"light", light_seconds}};
     if (disc_seconds > 0) cost.stages.push_back({"disc", disc_seconds});
     cost.bytes = std::min(most_tubes, 1e6) * 150;
+    if (passing_seconds > 0.5 * light_seconds) cost.dearest = passing;
     if (sampled_seconds > 0.5 * light_seconds && most_directions > 1) {
         cost.dearest = fmt::format(
             "most of the time goes into {} directions on the sun's disc: fewer disc_samples, or disc = \"off\" for a "

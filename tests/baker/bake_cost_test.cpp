@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <ctime>
+#include <memory>
 
 #include "bake/baker/bake_scene.h"
 #include "bake/baker/machine_speed.h"
@@ -77,6 +79,34 @@ TEST(BakeCost, NamesTheSettingThatCostsMost) {
         return seconds;
     };
     EXPECT_GT(light(costOf(scene)), 20 * light(costOf(poolScene())));
+}
+
+/// The pool below a sheet of ripples of so many cells a side, a quarter of a metre each.
+Scene sheetOver(int cells) {
+    Scene scene = poolScene();
+    auto sheet = std::make_shared<TriangleMesh>();
+    for (int j = 0; j <= cells; ++j)
+        for (int i = 0; i <= cells; ++i) {
+            const glm::dvec2 at = 0.25 * (glm::dvec2(i, j) - 0.5 * cells);
+            sheet->positions.emplace_back(at, 0.02 * std::sin(3 * at.x + at.y));
+            sheet->normals.emplace_back(0, 0, 1);
+        }
+    const auto vertex = [cells](int i, int j) { return static_cast<std::uint32_t>(j * (cells + 1) + i); };
+    for (int j = 0; j < cells; ++j)
+        for (int i = 0; i < cells; ++i) {
+            sheet->triangles.push_back({vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1)});
+            sheet->triangles.push_back({vertex(i, j), vertex(i + 1, j + 1), vertex(i, j + 1)});
+        }
+    scene.surfaces.front().height_field.reset(), scene.surfaces.front().mesh = sheet;
+    return scene;
+}
+
+TEST(BakeCost, NamesAMeshThatReachesFarBeyondTheDomain) {
+    const BakeCost wide = costOf(sheetOver(160)), near = costOf(sheetOver(6));
+    EXPECT_NE(wide.dearest.find("'water'"), std::string::npos) << wide.dearest;
+    EXPECT_NE(wide.dearest.find("passes the domain"), std::string::npos) << wide.dearest;
+    EXPECT_EQ(near.dearest, "");
+    EXPECT_GT(wide.seconds(), 5 * near.seconds());
 }
 
 double processorSeconds() {
