@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 
 #include "bake/paths/convex_region.h"
-#include "bake/paths/triangle_tree.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -26,7 +25,8 @@ FrontObstacles::FrontObstacles(const Scene& scene, const GridFrame& frame, const
       high_(high),
       blocks_((high - low) / kCells + 1),
       caster_(scene),
-      light_end_(scene, frame_, caster_) {
+      light_end_(scene, frame_, caster_),
+      tree_(scene) {
     if (!empty()) findBlocks(scene);
 }
 
@@ -39,7 +39,6 @@ std::size_t FrontObstacles::blockOf(const glm::dvec3& voxel) const {
 }
 
 void FrontObstacles::findBlocks(const Scene& scene) {
-    const TriangleTree tree(scene);
     near_.assign(
         static_cast<std::size_t>(blocks_.x) * static_cast<std::size_t>(blocks_.y) * static_cast<std::size_t>(blocks_.z),
         0);
@@ -54,7 +53,7 @@ void FrontObstacles::findBlocks(const Scene& scene) {
                                                                                              corner & 2 ? 1.5 : -0.5,
                                                                                              corner & 4 ? 1.5 : -0.5)));
                 const glm::dvec3 middle = 0.5 * (region.low + region.high), half = 0.5 * (region.high - region.low);
-                bool any = !tree.empty() && tree.reaches(region);
+                bool any = !tree_.empty() && tree_.reaches(region);
                 for (const Object& object : scene.objects)
                     if (const Plane* plane = std::get_if<Plane>(&object.shape); plane && object.blocks())
                         any = any || std::fabs(glm::dot(middle - plane->point, plane->normal)) <=
@@ -81,6 +80,30 @@ std::optional<FrontObstacles::Hit> FrontObstacles::onWay(const glm::dvec3& from,
     for (int a = 0; a < 3; ++a)
         out.beside = out.beside || at[a] < low_[a] - 0.5 - kHair || at[a] > high_[a] + 0.5 + kHair;
     return out;
+}
+
+bool FrontObstacles::standsBetween(const std::array<std::array<glm::dvec3, 3>, 3>& rays) const {
+    if (tree_.empty()) return false;
+    constexpr double kNarrow = 0.2;  // voxels: finer than that nothing is looked for
+    double width = 0;
+    for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t i = 0; i < 3; ++i) width = std::max(width, glm::distance(rays[r][i], rays[(r + 1) % 3][i]));
+    if (width < kNarrow) return false;
+    bool near = false;
+    for (const auto& ray : rays)
+        for (const glm::dvec3& place : ray) near = near || near_[blockOf(place)] != 0;
+    if (!near) return false;
+    ConvexRegion region;
+    std::array<glm::dvec3, 9> points;
+    for (std::size_t i = 0; i < 9; ++i)
+        points[i] = frame_.worldFromIndex(rays[i / 3][i % 3]), region.include(points[i]);
+    for (std::size_t r = 0; r < 3; ++r) {
+        const glm::dvec3 &from = points[3 * r], &beside = points[3 * ((r + 1) % 3)],
+                         &opposite = points[3 * ((r + 2) % 3)];
+        const glm::dvec3 normal = glm::cross(beside - from, points[3 * r + 2] - from);
+        region.addSide(glm::dot(normal, opposite - from) > 0 ? -normal : normal, points);
+    }
+    return tree_.reaches(region);
 }
 
 }  // namespace photic

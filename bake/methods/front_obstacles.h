@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "bake/paths/emission.h"
 #include "bake/paths/light_end.h"
 #include "bake/paths/ray_casting.h"
+#include "bake/paths/triangle_tree.h"
 
 namespace photic {
 
@@ -35,6 +37,10 @@ public:
     /// What a ray meets first on a straight way, in index space.
     std::optional<Hit> onWay(const glm::dvec3& from, const glm::dvec3& to) const;
 
+    /// Whether a part of any mesh stands between three rays that are a fifth of a voxel apart or more.
+    /// @param rays  of each, three places along it, in index space
+    bool standsBetween(const std::array<std::array<glm::dvec3, 3>, 3>& rays) const;
+
 private:
     static constexpr int kCells = 8;  // voxels a side of a block
     std::size_t blockOf(const glm::dvec3& voxel) const;
@@ -44,6 +50,7 @@ private:
     glm::ivec3 low_, high_, blocks_;
     RayCaster caster_;
     LightEnd light_end_;
+    TriangleTree tree_;
     std::vector<std::uint8_t> near_;  // per block: something is in it, or in one beside it
 };
 

@@ -37,11 +37,12 @@ void FrontSweep::follow(const Front& front, const WayPoint& from, const WayPoint
 
 /// Marches a front ahead, and notes where its rays meet objects and where they turn away.
 void FrontSweep::findRayEnds(const Front& front, const std::vector<Chunk>& chunks, State& state,
-                             std::vector<RayEnd>& ends) {
+                             std::vector<RayEnd>& ends, std::vector<char>& parted) {
     const auto axes = axesFor(front.axis);
     const FrontRays start = state.rays;
     const BentRows& bent = state.packed.bent;
     ends.assign(front.rays.size(), {});
+    parted.assign(lost_ ? front.tubes.size() : 0, 0);
     const auto voxelAt = [&](double u, double v, double w) {
         glm::dvec3 voxel;
         voxel[axes[0]] = u, voxel[axes[1]] = v, voxel[axes[2]] = w;
@@ -82,21 +83,71 @@ void FrontSweep::findRayEnds(const Front& front, const std::vector<Chunk>& chunk
                 if (!end.done) follow(front, last, at, row(BentRows::kLit), end);
             }
         });
+        parallelFor(static_cast<std::int64_t>(parted.size()), [&](std::int64_t t) {
+            const auto tube = static_cast<std::size_t>(t);
+            if (!parted[tube]) parted[tube] = standsWithin(front, chunk, state, ends, front.tubes[tube]) ? 1 : 0;
+        });
     }
     state.rays = start;
+}
+
+/// Whether something stands between the rays of a tube in a chunk, before they meet anything: a post that none of them
+/// meets.
+bool FrontSweep::standsWithin(const Front& front, const Chunk& chunk, const State& state,
+                              const std::vector<RayEnd>& ends, const Front::Tube& tube) const {
+    const auto axes = axesFor(front.axis);
+    const BentRows& bent = state.packed.bent;
+    const int first_w = chunk.first - origin()[front.axis];
+    double last = kFarLayers, begin = -kFarLayers;  // layers from the grid's first, times the sense
+    for (const std::uint32_t ray : tube.ray) {
+        const RayEnd& end = ends[ray];
+        // A voxel before what is met: that is not between them.
+        last = std::min(last, std::min(end.hit - front.sense * origin()[front.axis] - 1,
+                                       end.turns - front.sense * origin()[front.axis] - 1));
+        begin = std::max(begin, front.sense * double(state.before.w[ray]));
+    }
+    int lanes[2] = {-1, -1};  // in the light's order: the middle and the last that all rays pass
+    int passed = 0;
+    for (int layer = 0; layer < chunk.layers; ++layer) {
+        const int lane = front.sense > 0 ? layer : chunk.layers - 1 - layer;
+        const double w = front.sense * (first_w + lane);
+        if (w <= begin || w > last) continue;
+        lanes[1] = lane, ++passed;
+        if (passed == 1 || layer <= chunk.layers / 2) lanes[0] = lane;
+    }
+    if (passed == 0) return false;
+    std::array<std::array<glm::dvec3, 3>, 3> places;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t ray = tube.ray[c];
+        const auto at = [&](double u, double v, double w) {
+            glm::dvec3 voxel;
+            voxel[axes[0]] = u, voxel[axes[1]] = v, voxel[axes[2]] = w;
+            return voxel + glm::dvec3(origin());
+        };
+        const FrontRays& before = state.before;
+        places[c][0] = at(double(before.u[ray]), double(before.v[ray]), double(before.w[ray]));
+        for (std::size_t i = 0; i < 2; ++i) {
+            const float* rows = &bent.values[ray * bent.rayStride()] + lanes[i];
+            places[c][i + 1] = at(double(rows[BentRows::kU * BentRows::kLanes]),
+                                  double(rows[BentRows::kV * BentRows::kLanes]), first_w + lanes[i]);
+        }
+    }
+    return space_.obstacles->standsBetween(places);
 }
 
 /// Where the tubes of a front end on objects. A tube of which one ray meets something else, or much later, ends where
 /// the middle one of its rays does; it is as narrow as it can be.
 void FrontSweep::findEnds(const Front& front, const std::vector<Chunk>& chunks, State& state) {
     std::vector<RayEnd> rays;
-    findRayEnds(front, chunks, state, rays);
+    std::vector<char> parted;
+    findRayEnds(front, chunks, state, rays, parted);
     state.ends.assign(front.tubes.size(), {});
     // Layers: what is steeper is not one face that the tube meets, unless it is flat.
     constexpr double kSteep = 4, kLedge = 1;
     constexpr double kFlat = 1e-6;  // of normals
     for (std::size_t t = 0; t < front.tubes.size(); ++t) {
         const Front::Tube& tube = front.tubes[t];
+        if (lost_ && parted[t]) lost_->push_back(tube.source);
         double turns = kFarLayers;
         for (const std::uint32_t ray : tube.ray) turns = std::min(turns, rays[ray].turns);
         std::array<const RayEnd*, 3> met{};

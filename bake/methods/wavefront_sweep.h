@@ -114,7 +114,10 @@ private:
     int stepsIn(const Front& front, const Chunk& chunk) const;
     void march(const Front& front, const Chunk& chunk, State& state);
     void follow(const Front& front, const WayPoint& from, const WayPoint& to, double lit, RayEnd& end) const;
-    void findRayEnds(const Front& front, const std::vector<Chunk>& chunks, State& state, std::vector<RayEnd>& ends);
+    void findRayEnds(const Front& front, const std::vector<Chunk>& chunks, State& state, std::vector<RayEnd>& ends,
+                     std::vector<char>& parted);
+    bool standsWithin(const Front& front, const Chunk& chunk, const State& state, const std::vector<RayEnd>& ends,
+                      const Front::Tube& tube) const;
     void findEnds(const Front& front, const std::vector<Chunk>& chunks, State& state);
     void countEnd(const Front& front, std::size_t tube, const TubeEnd& end);
     void retire(const Front& front, const Chunk& chunk, State& state);

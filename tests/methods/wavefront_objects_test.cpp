@@ -92,6 +92,26 @@ TEST(WavefrontObjects, AShadowIsAsLargeAsItsBlocker) {
         }
 }
 
+TEST(WavefrontObjects, APostBetweenTheRaysIsFound) {
+    // A post of a third of a voxel, wherever it stands among rays that are a voxel apart, level in light that falls.
+    double shadows = 0;
+    for (const double shift : {0.0, 0.004, 0.009, 0.013, 0.02, 0.027}) {
+        const Bake b = bake(
+            sceneOf(kBox, kDown,
+                    kEven + plane("[0, 0, -0.24]", "[0, 0, 1]") +
+                        box(fmt::format("[-0.3, {}, 0.1]", shift), fmt::format("[0.3, {}, 0.11]", shift + 0.0104))));
+        const GridFrame& frame = b.field().frame();
+        const int above_floor = static_cast<int>(std::lround(frame.indexFromWorld({0, 0, -0.2}).z));
+        double missing = 0;
+        for (int i = frame.min.x; i <= frame.max.x; ++i)
+            for (int j = frame.min.y; j <= frame.max.y; ++j) missing += 1 - b.fluence({i, j, above_floor});
+        EXPECT_NEAR(missing / (32 * 32), 0.6 * 0.0104, 0.4 * 0.6 * 0.0104) << shift;
+        shadows += missing / (32 * 32) / 6;
+        expectClosed(b);
+    }
+    EXPECT_NEAR(shadows, 0.6 * 0.0104, 0.15 * 0.6 * 0.0104);
+}
+
 TEST(WavefrontObjects, TheShadowOfBentLightIsWhereItsRaysGo) {
     // n^2 = 1.5 - 3 x: a ray that passes the lower edge of a plate, at x = -0.1 and a depth of 0.42, is bent on along
     // its parabola x = x0 - g d^2 / (2 n0^2), g = 1.5, and is the shadow's rim.
