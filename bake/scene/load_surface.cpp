@@ -147,7 +147,15 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
                 fmt::format("'{}': all of its edges are sharp, so its faces are flat; smooth = true "
                             "rounds them",
                             file));
-        return std::make_shared<TriangleMesh>(flat ? withFacetNormals(mesh) : std::move(mesh));
+        if (flat) return std::make_shared<TriangleMesh>(withFacetNormals(mesh));
+        // Open sheets are water, whose crests are round.
+        const bool creased = !smooth && shape && shape->closed() && !mesh.corner_normals.empty();
+        if (creased)
+            context.monitor.note(
+                fmt::format("'{}': edges sharper than 40 degrees are creases; smooth = true rounds them", file));
+        TriangleMesh out = creased ? withCreases(mesh) : std::move(mesh);
+        out.corner_normals.clear();
+        return std::make_shared<TriangleMesh>(std::move(out));
     });
 }
 

@@ -123,11 +123,16 @@ void checkRaw(const RawMesh& raw, const std::string& path) {
 }
 
 /// Lets the triangles use welded vertices, and leaves out those without area.
-void weld(const std::vector<std::uint32_t>& target, const std::string& path, RawMesh& raw, Monitor& monitor) {
+/// @return the kept triangles with the file's own vertices
+std::vector<std::array<std::uint32_t, 3>> weld(const std::vector<std::uint32_t>& target, const std::string& path,
+                                               RawMesh& raw, Monitor& monitor) {
     std::size_t skipped = 0;
+    std::vector<std::array<std::uint32_t, 3>> given;
     std::erase_if(raw.triangles, [&](std::array<std::uint32_t, 3>& triangle) {
+        const std::array<std::uint32_t, 3> own = triangle;
         for (std::uint32_t& corner : triangle) corner = target[corner];
         const bool drop = degenerate(raw.positions, triangle);
+        if (!drop) given.push_back(own);
         skipped += drop;
         return drop;
     });
@@ -136,6 +141,7 @@ void weld(const std::vector<std::uint32_t>& target, const std::string& path, Raw
     if (skipped > 0)
         monitor.warn(
             fmt::format("'{}': {} triangles without area were skipped, {} kept", path, skipped, raw.triangles.size()));
+    return given;
 }
 
 /// Only vertices that a triangle uses live on, in their old order.
@@ -187,10 +193,11 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
     TriangleMesh mesh;
     mesh.shaded_smooth = shadedSmooth(raw);
     std::vector<std::uint32_t> target = weldTargets(raw.positions);
-    weld(target, path, raw, monitor);
+    const std::vector<std::array<std::uint32_t, 3>> given = weld(target, path, raw, monitor);
     const std::vector<std::uint32_t> renumbered = keepUsed(raw, mesh);
     for (std::uint32_t& vertex : target) vertex = renumbered[vertex];
     setNormals(raw.normals, target, mesh);
+    mesh.corner_normals = creasedNormals(mesh, raw.normals, given);
     return mesh;
 }
 

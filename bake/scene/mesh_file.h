@@ -64,6 +64,16 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
 /// Every triangle with vertices and a normal of its own.
 TriangleMesh withFacetNormals(const TriangleMesh& mesh);
 
+/// Normals of each triangle's corners of a welded mesh, each the mean over the faces by their angle (or of the file's
+/// normals) on its side of the creases: edges of two triangles that meet at more than 40 degrees, and whose normals in
+/// the file, if it has any, differ from side to side. Empty without creases.
+/// @param given       the file's normals, or empty
+/// @param vertex_of   the given normals of each triangle's corners
+std::vector<std::array<glm::dvec3, 3>> creasedNormals(const TriangleMesh& mesh, const std::vector<glm::dvec3>& given,
+                                                      const std::vector<std::array<std::uint32_t, 3>>& vertex_of);
+/// The mesh with vertices of their own on either side of its creases.
+TriangleMesh withCreases(const TriangleMesh& mesh);
+
 /// Reads .obj, .ply, .gltf or .glb by the name's end.
 /// @param up         Z up for OBJ and PLY and Y up for glTF where absent
 /// @param use_bytes  sees the bytes of every file that was read

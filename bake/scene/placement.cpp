@@ -51,6 +51,8 @@ void place(TriangleMesh& mesh, const Placement& placement) {
     const glm::dmat3 world_from_normal = glm::transpose(glm::inverse(world_from_shape));
     for (glm::dvec3& p : mesh.positions) p = placement.position + world_from_shape * p;
     for (glm::dvec3& n : mesh.normals) n = glm::normalize(world_from_normal * n);
+    for (auto& corners : mesh.corner_normals)
+        for (glm::dvec3& n : corners) n = glm::normalize(world_from_normal * n);
     if (mirrored)
         for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
 }

@@ -280,5 +280,67 @@ TEST_F(Glass, ABodyWhoseEdgesAreAllSharpHasFlatFaces) {
                         1, 1e-12);
 }
 
+/// A closed drum about z, of `sides` sides between z = 0 and 1; with normals that point away from its axis where asked.
+std::string drum(int sides, bool round_normals) {
+    std::string obj;
+    for (int k = 0; k < sides; ++k)
+        for (const int z : {0, 1}) {
+            const double x = std::cos(2 * M_PI * k / sides), y = std::sin(2 * M_PI * k / sides);
+            obj += fmt::format("v {} {} {}\nvn {} {} 0\n", x, y, z, x, y);
+        }
+    obj += "vn 0 0 -1\nvn 0 0 1\n";
+    std::string bottom = "f", top = "f";
+    const auto corner = [&](int k, int z, int normal) {
+        const int vertex = 2 * (k % sides) + z + 1;
+        return round_normals ? fmt::format(" {}//{}", vertex, normal ? normal : vertex) : fmt::format(" {}", vertex);
+    };
+    for (int k = 0; k < sides; ++k) {
+        obj += "f" + corner(k, 0, 0) + corner(k + 1, 0, 0) + corner(k + 1, 1, 0) + corner(k, 1, 0) + "\n";
+        bottom += corner(sides - 1 - k, 0, 2 * sides + 1), top += corner(k, 1, 2 * sides + 2);
+    }
+    return obj + bottom + "\n" + top + "\n";
+}
+
+TEST_F(SceneTest, EdgesOfABodyAreCreasesWhereTheyAreSharp) {
+    write("fine.obj", drum(48, false)), write("coarse.obj", drum(6, false)), write("rounded.obj", drum(6, true));
+    const auto load_drum = [&](const std::string& file, const std::string& keys = "") {
+        SceneText text;
+        text.surface = "[[surface]]\nkind = \"mesh\"\nfile = \"" + file + "\"\nevent = \"mirror\"\n" + keys;
+        return load(text).surfaces[0];
+    };
+    // Corners that lean: neither along the axis nor away from it.
+    const auto leaning = [](const Surface& surface) {
+        int count = 0;
+        for (const auto& t : surface.mesh->triangles)
+            for (const auto corner : t) {
+                const double z = std::fabs(surface.mesh->normals[corner].z);
+                count += z > 0.01 && z < 0.99;
+            }
+        return count;
+    };
+    const Surface fine = load_drum("fine.obj"), rounded = load_drum("rounded.obj");
+    EXPECT_TRUE(fine.smooth);
+    EXPECT_TRUE(fine.closed);
+    EXPECT_EQ(leaning(fine), 0);
+    EXPECT_GT(leaning(load_drum("fine.obj", "smooth = true\n")), 0);
+    // Its wall is round between the creases: the mean of the two sides that meet at a corner.
+    for (std::size_t i = 0; i < fine.mesh->positions.size(); ++i) {
+        const glm::dvec3 &n = fine.mesh->normals[i], p = fine.mesh->positions[i];
+        if (std::fabs(n.z) < 0.5) {
+            EXPECT_NEAR(n.x * p.x + n.y * p.y, 1, 1e-9);
+        }
+    }
+    // Six sides are a prism, but where the file shades them as round.
+    EXPECT_FALSE(load_drum("coarse.obj").smooth);
+    EXPECT_TRUE(rounded.smooth);
+    EXPECT_EQ(leaning(rounded), 0);
+    for (std::size_t i = 0; i < rounded.mesh->positions.size(); ++i) {
+        const glm::dvec3 &n = rounded.mesh->normals[i], p = rounded.mesh->positions[i];
+        if (std::fabs(n.z) < 0.5) {
+            EXPECT_NEAR(n.x * p.x + n.y * p.y, 1, 1e-9);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace photic
