@@ -118,11 +118,6 @@ EmittedRay Emission::at(const EmissionParam& param, const glm::dvec3& face) cons
     return {param.position, directionAt(param.position), usable ? param.normal / length : face, face};
 }
 
-double Emission::across(const glm::dvec3& area) const {
-    const double facing = -glm::dot(area, sample_.direction);
-    return surface_.mesh ? std::fabs(facing) : std::max(0.0, facing);
-}
-
 glm::dvec3 Emission::power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const {
     if (!sample_.source) return sample_.strength * across(0.5 * glm::cross(b - a, c - a));
     const glm::dvec3 u = a - *sample_.source, v = b - *sample_.source, w = c - *sample_.source;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -81,7 +84,10 @@ public:
     glm::dvec3 irradianceAt(const glm::dvec3& point) const;
 
     /// Cross-section of a sun's beam [m2] through an oriented area.
-    double across(const glm::dvec3& area) const;
+    double across(const glm::dvec3& area) const {
+        const double facing = -glm::dot(area, sample_.direction);
+        return surface_.mesh ? std::fabs(facing) : std::max(0.0, facing);
+    }
 
 private:
     glm::dvec3 strengthTowards(const glm::dvec3& direction) const;

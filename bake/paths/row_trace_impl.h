@@ -15,6 +15,7 @@ inline void traceInterface(const RowTraceSetup& setup, std::size_t count, const 
     const double lx = setup.light_direction[0], ly = setup.light_direction[1], lz = setup.light_direction[2];
     const double n1 = setup.ior_from, n2 = setup.ior_to, eta = n1 / n2;
     const bool refract = setup.refract;
+    const double kept = setup.traces_other_branch ? 0.0 : 1.0;  // of the other branch
     for (std::size_t i = 0; i < count; ++i) {
         const double inverse = 1.0 / __builtin_sqrt(nx[i] * nx[i] + ny[i] * ny[i] + nz[i] * nz[i]);
         const double ax = nx[i] * inverse, ay = ny[i] * inverse, az = nz[i] * inverse;
@@ -30,7 +31,7 @@ inline void traceInterface(const RowTraceSetup& setup, std::size_t count, const 
         const double part = refract ? 1.0 - reflectance : reflectance;
         const bool usable = cos_i > 1e-9 && (!refract || cos2_t > 0.0);
         fraction[i] = usable ? part : 0.0;
-        untraced[i] = setup.traces_other_branch ? 0.0 : 1.0 - part;
+        untraced[i] = kept * (1.0 - part);
     }
 }
 

@@ -83,14 +83,19 @@ void TubeBuilder::countRegular(const RayRow* row, int first, int columns, int ro
                     0.0, frame().exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) *
                                                                             ((down ? -1.0 : 1.0) / r.per_layer[k])));
             const bool hits = std::isfinite(hit) && hit <= exit;
-            countLeg(medium, power, std::min(hit, exit), hits ? &PowerLedger::received : &PowerLedger::escaped, power_);
+            double PowerLedger::*const end = hits ? &PowerLedger::received : &PowerLedger::escaped;
+            if (medium.clear())
+                power_.*end += channelMean(power);
+            else
+                countLeg(medium, power, std::min(hit, exit), end, power_);
         }
     }
 }
 
 // The corners and the tubes' constants.
+/// @param areas  cross-sections of the tubes, in their order [m2]
 void TubeBuilder::layRegular(const TubeBlock& block, const RayRow* row, int first, int columns, int rows,
-                             TubeSet& set) {
+                             const std::vector<double>& areas, TubeSet& set) {
     set.corners.resize(set.corners.size() + static_cast<std::size_t>((columns + 1) * (rows + 1)));
     set.tubes.resize(set.tubes.size() + static_cast<std::size_t>(2 * columns * rows));
     CornerRay* corner = &set.corners[block.first_corner];
@@ -101,13 +106,14 @@ void TubeBuilder::layRegular(const TubeBlock& block, const RayRow* row, int firs
     }
     const glm::dvec3 power_per_area = emission_->sample().strength / 3.0;
     TubeConstants* tube = &set.tubes[block.first_tube];
+    const double* area = areas.data();
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns; ++i)
-            for (int half = 0; half < 2; ++half, ++tube) {
+            for (int half = 0; half < 2; ++half, ++tube, ++area) {
                 const RayRow &low = row[j], &high = row[j + 1], &other = half ? high : low;
                 const auto k = static_cast<std::size_t>(first + i);
                 const std::size_t m = half ? k : k + 1;
-                const double across = emission_->across(regularArea(row, first + i, j, half));
+                const double across = *area;
                 const double fraction = low.fraction[k] + high.fraction[k + 1] + other.fraction[m];
                 const double la = low.per_layer[k] * (1.0 / 3), lb = high.per_layer[k + 1] * (1.0 / 3),
                              lc = other.per_layer[m] * (1.0 / 3);
@@ -130,6 +136,8 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
     const bool culled = regularMissesBox(row, first, columns, rows);
     thread_local std::vector<double> across;  // per corner, of the adjoining tubes [m2]
     across.assign(static_cast<std::size_t>((columns + 1) * (rows + 1)), 0.0);
+    thread_local std::vector<double> areas;  // of the tubes
+    areas.clear();
     const auto cornerAt = [&](int i, int j) -> double& {
         return across[static_cast<std::size_t>(j * (columns + 1) + i)];
     };
@@ -137,6 +145,7 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
         for (int i = 0; i < columns; ++i)
             for (int half = 0; half < 2; ++half) {
                 const double area = emission_->across(regularArea(row, first + i, j, half));
+                areas.push_back(area);
                 cornerAt(i, j) += area, cornerAt(i + 1, j + 1) += area, cornerAt(i + 1 - half, j + half) += area;
             }
     countRegular(row, first, columns, rows, across, culled);
@@ -146,7 +155,7 @@ void TubeBuilder::addRegular(const std::shared_ptr<const BlockTopology>& topolog
     TubeBlock block{topology, static_cast<std::uint32_t>(set.corners.size()),
                     static_cast<std::uint32_t>(set.tubes.size()),
                     optics_->medium(down ? sides.inside : sides.outside).extinction()};
-    layRegular(block, row, first, columns, rows, set);
+    layRegular(block, row, first, columns, rows, areas, set);
     tubes_ += 2 * std::int64_t{columns} * rows;
     set.addSlope(r.du[middle], r.dv[middle], 2.0 * columns * rows * static_cast<double>(set.tubes.back().power[0]));
     set.blocks.push_back(std::move(block));

@@ -129,7 +129,8 @@ private:
     TubeConstants constantsOf(const Corners& corners, int axis, const glm::dvec3& power) const;
     double countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid);
     bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
-    void layRegular(const TubeBlock& block, const RayRow* row, int first, int columns, int rows, TubeSet& set);
+    void layRegular(const TubeBlock& block, const RayRow* row, int first, int columns, int rows,
+                    const std::vector<double>& areas, TubeSet& set);
     void countRegular(const RayRow* row, int first, int columns, int rows, const std::vector<double>& across,
                       bool culled);
 
