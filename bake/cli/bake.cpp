@@ -48,7 +48,7 @@ BakeChoices choicesOf(const BakeArguments& arguments) {
     const auto limit = [](const std::optional<double>& given, const char* option, double unit, double& to) {
         if (!given) return;
         if (!(*given > 0 && std::isfinite(*given)))
-            throw Error(ErrorCode::Usage, fmt::format("'{}' is too little; it must be above 0", *given), option);
+            throw Error(ErrorCode::Usage, fmt::format("{} is not possible; it must be above 0", *given), option);
         to = *given * unit;
     };
     limit(arguments.budget, "--budget", 1e6, choices.budget_bytes);

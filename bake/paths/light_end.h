@@ -24,9 +24,8 @@ inline constexpr double kThinVoxels = 2;
 class LightEnd {
 public:
     /// @param caster, scene  must outlive the object
-    /// @param behind_walls   [voxels] that light goes on further behind planes that stand: as far as a blur within
-    /// layers
-    ///                       reaches, which otherwise would mix the darkness there into the light before them
+    /// @param behind_walls   [voxels] that light goes on further behind planes that stand: as far as a blur of layers
+    ///                       reaches, which would mix the darkness there into the light before them
     LightEnd(const Scene& scene, const GridFrame& frame, const RayCaster& caster, double behind_walls = 0)
         : scene_(scene), frame_(frame), caster_(caster), behind_walls_(behind_walls) {}
 

@@ -138,13 +138,16 @@ void OwnShadow::boundHeights() {
     for (int i = 0; i < cells_.x; ++i)
         dilate(&bounds_[static_cast<std::size_t>(i)], cells_.x, cells_.y, radius.y, scratch);
     const double rounding = 1e-6 * std::max(std::fabs(field.minZ()), std::fabs(field.maxZ()));
+    // Over a part so wide that samples miss whole waves their bounds tell nothing.
+    constexpr double kWidest = 4;  // features
+    const bool coarse = std::max(cell_.x, cell_.y) > kWidest * field.featureSize();
     const glm::ivec2 blocks = (cells_ + kBlock - 1) / kBlock;
     of_blocks_.assign(static_cast<std::size_t>(blocks.x) * static_cast<std::size_t>(blocks.y), float(kNone));
     for (int j = 0; j < cells_.y; ++j)
         for (int i = 0; i < cells_.x; ++i) {
             float& bound = bounds_[static_cast<std::size_t>(j * cells_.x + i)];
             // A cell that no sample fell into may hold anything.
-            bound = bound == float(kNone) ? float(field.maxZ()) : static_cast<float>(bound + rounding);
+            bound = coarse || bound == float(kNone) ? float(field.maxZ()) : static_cast<float>(bound + rounding);
             float& of_block = of_blocks_[static_cast<std::size_t>(j / kBlock * blocks.x + i / kBlock)];
             of_block = std::max(of_block, bound);
         }
