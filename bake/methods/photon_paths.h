@@ -13,11 +13,11 @@ namespace photic {
 struct PhotonTally {
     PowerLedger power;
     double path = 0;
-    std::int64_t rays = 0, deposited = 0, turned_away = 0;
+    std::int64_t rays = 0, deposited = 0;
 
     void add(const PhotonTally& t) {
         for (const auto term : PowerLedger::kTerms) power.*term += t.power.*term;
-        path += t.path, rays += t.rays, deposited += t.deposited, turned_away += t.turned_away;
+        path += t.path, rays += t.rays, deposited += t.deposited;
     }
 };
 

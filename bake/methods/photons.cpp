@@ -37,10 +37,7 @@ public:
     double estimatedPower() const override { return launch_.estimatedPower(); }
     void follow(const std::array<double, 4>& x, double share, TrackSink& field, PhotonTally& tally) const override {
         const PhotonStart start = launch_.start(x);
-        if (channelMean(start.power) > 0)
-            tracer_.follow(launch_.surface(), start, start.power * share, field, tally);
-        else
-            ++tally.turned_away;
+        if (channelMean(start.power) > 0) tracer_.follow(launch_.surface(), start, start.power * share, field, tally);
     }
 
 private:
@@ -326,10 +323,6 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
         report.path.deposited += (result.field.first.sum(c) + (parts.axis ? result.field.second->sum(c) : 0)) *
                                  needed->frame().voxelVolume() / channels.irradiance;
     report.active_voxels = result.active_voxels;
-    if (total.turned_away > 0)
-        monitor.warn(fmt::format(
-            "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
-            100.0 * static_cast<double>(total.turned_away) / static_cast<double>(total.rays)));
     report.seconds.emplace_back("field", field_watch.seconds());
     BakeResult out{std::move(result.field.first),
                    std::move(report),

@@ -97,7 +97,7 @@ struct ReleasedRow {
     std::vector<WaveDriven> driven;
     std::vector<WaveRim> rim;
     double launched = 0, reflected = 0, path = 0;
-    int away = 0, folded = 0;
+    int folded = 0;
 };
 
 /// The pulse of one light, column by column.
@@ -117,14 +117,14 @@ public:
         const glm::ivec3 size = cells_.size(), low = cells_.lowCell();
         const float level = surface_.level[columnIndex(size, x, y)];
         const int first = std::max(wetTop(level) + 1, 0), top = surface_.top[columnIndex(size, x, y)];
-        for (int z = first; z <= top; ++z) addCell({x, y, z}, level, z == first, out);
+        for (int z = first; z <= top; ++z) addCell({x, y, z}, level, out);
         const Ray ray = rays_.at(glm::dvec2(cells_.world(glm::dvec3(low + glm::ivec3(x, y, 0)))));
         out.launched += ray.arriving, out.reflected += ray.arriving - ray.power;
         if (ray.power > 0) out.path += ray.power * pathWithin(cells_, ray, water_.extinction);
     }
 
 private:
-    void addCell(const glm::ivec3& local, float level, bool lowest, ReleasedRow& out) const {
+    void addCell(const glm::ivec3& local, float level, ReleasedRow& out) const {
         const int block = blockOf(cells_, local);
         if (!cells_.grid.has(block)) return;
         const glm::ivec3 cell = cells_.lowCell() + local;
@@ -134,7 +134,6 @@ private:
         double spread = spreadAt(uv, point.z);
         if (spread < 0.1) ++out.folded, spread = 0.1;
         const double irradiance = ray.power / (spread * std::max(-ray.direction.z, 1e-3));
-        if (lowest) out.away += ray.arriving <= 0;
         if (irradiance <= 0) return;
         const double along = (point.z - ray.position.z) / ray.direction.z;
         WaveDriven d;
@@ -170,16 +169,15 @@ private:
 
 /// Joins the rows in order, so that sums do not depend on threads.
 void joinRows(const std::vector<ReleasedRow>& rows, const WaveCells& cells, WaveRelease& release) {
-    double away = 0, folded = 0;
+    double folded = 0;
     for (const ReleasedRow& r : rows) {
         release.source.driven.insert(release.source.driven.end(), r.driven.begin(), r.driven.end());
         release.rim.insert(release.rim.end(), r.rim.begin(), r.rim.end());
         release.launched += r.launched, release.reflected += r.reflected, release.path += r.path;
-        away += r.away, folded += r.folded;
+        folded += r.folded;
     }
     const double area = cells.grid.spacing.x * cells.grid.spacing.y;
     release.launched *= area, release.reflected *= area, release.path *= area;
-    release.turned_away = away / static_cast<double>(release.level.size());
     if (!release.source.driven.empty()) release.folded = folded / static_cast<double>(release.source.driven.size());
 }
 

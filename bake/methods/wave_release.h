@@ -66,7 +66,6 @@ struct WaveRelease {
     // Of a light of 1 W/m2 through the columns:
     double launched = 0, reflected = 0;  ///< power [W], and what of it the surface reflects
     double path = 0;                     ///< integral of power along the rays within the cells that count [W m]
-    double turned_away = 0;              ///< part of the columns where the surface faces away from the light
     double folded = 0;                   ///< part of the driven cells where neighbouring rays cross within two cells
 };
 

@@ -288,10 +288,6 @@ void WaveBake::warn(const WaveRelease& release, const WaveRun& run) const {
     if (release.folded > 1e-3)
         monitor_.warn(fmt::format("the surface bends more sharply than the cells resolve at {:.2g} % of it",
                                   100 * release.folded));
-    if (release.turned_away > 0)
-        monitor_.warn(fmt::format(
-            "{:.3g} % of the surface turns away from the light; the shadow that it casts on itself is left out",
-            100 * release.turned_away));
 }
 
 void WaveBake::countLight(const WaveRelease& release, unsigned channels, BakeReport& report) const {
