@@ -76,8 +76,8 @@ public:
     glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
     /// What a lamp's strength does between two points of the surface and as far beside them: corners speak for the
-    /// light between them only where it is even.
-    enum class Between { Even, Uneven, Dark };
+    /// light between them only where it is even. A cone is narrow where corners so far apart would not tell its power.
+    enum class Between { Even, Uneven, Narrow, Dark };
     Between between(const glm::dvec3& a, const glm::dvec3& b) const;
 
     /// Irradiance across the rays at a point [W/m2].

@@ -167,6 +167,7 @@ double Refiner::leastPower() const {
 // Whether an edge stays whole whatever lies between its ends.
 bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return false;
+    if (tracer_.emission().between(a.entry, b.entry) == Emission::Between::Narrow) return false;
     if (compare_.carries(a, b) < leastPower()) return true;
     // At a body's rim light fans out from within a hair: outlines need no finer tubes there, what they lay does.
     return width <= options_.silhouette && !(options_.tolerance > 0 && compare_.fansOut(a, b));
@@ -174,15 +175,11 @@ bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
 
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
+    const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
+    if (lamp == Emission::Between::Narrow) return true;
     if (width <= options_.silhouette) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
-    switch (tracer_.emission().between(a.entry, b.entry)) {
-        case Emission::Between::Dark:
-            return false;
-        case Emission::Between::Uneven:
-            return true;
-        case Emission::Between::Even:
-            break;
-    }
+    if (lamp == Emission::Between::Dark) return false;
+    if (lamp == Emission::Between::Uneven) return true;
     // Where nothing is laid, light is followed only as well as it must be to come back.
     if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
@@ -216,8 +213,9 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
     const EmissionParam param = middle(a.param, b.param);
     bool fresh = false;
     Edge& edge = edges_->at(param, fresh);
+    const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
     edge.split =
-        bend > options_.tolerance || tracer_.emission().between(a.entry, b.entry) == Emission::Between::Uneven ||
+        bend > options_.tolerance || lamp == Emission::Between::Uneven || lamp == Emission::Between::Narrow ||
         (width > options_.silhouette && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b))));
     if (edge.split) traceMiddle(edge, param, face);
 }

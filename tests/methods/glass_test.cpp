@@ -12,6 +12,7 @@
 #include "bake/scene/load_toml.h"
 #include "bake/tubes/histories.h"
 #include "tests/methods/glass_scene.h"
+#include "tests/methods/photon_scenes.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/tube_scenes.h"
 
@@ -110,6 +111,30 @@ TEST(Glass, ASpotSendsWhatItsConeDoes) {
         // The mean of smoothstep over its width is a half.
         const double exact = 2 * std::numbers::pi * (1 - rim) * (1 - blend / 2);
         EXPECT_NEAR(glass.bake(beamsMethod()).report.power.emitted / exact, 1, 1e-3) << blend;
+    }
+}
+
+// A torch close over water or a mirror lights less than a voxel, and far less than the first tubes are wide.
+TEST(Glass, ANarrowSpotSendsWhatItsConeDoes) {
+    for (const double blend : {0.0, 0.3}) {
+        GlassScene glass(32);
+        Light spot;
+        spot.type = LightType::Spot, spot.name = "torch", spot.position = glm::dvec3(0.1, 0.05, -0.65);
+        spot.direction = glm::normalize(glm::dvec3(0.1, 0, -1));
+        spot.power = glm::dvec3(4 * std::numbers::pi), spot.cone_angle_deg = 2, spot.blend = blend;
+        glass.scene.lights = {spot};
+        glass.add(support::boxMesh({-0.9, -0.9, -0.8}, {0.9, 0.9, -0.7}), SurfaceEvent::Mirror).smooth = false;
+        const double rim = std::cos(std::numbers::pi / 180);
+        const double exact = 2 * std::numbers::pi * (1 - rim) * (1 - blend / 2);
+        EXPECT_NEAR(glass.bake(beamsMethod()).report.power.emitted / exact, 1, 0.01) << "mirror, " << blend;
+
+        Scene pool = test_scenes::waterScene(0, std::make_shared<test_scenes::CosineField>(0.01, 8));
+        spot.position = glm::dvec3(0.1, 0.05, 0.06), pool.lights = {spot};
+        Monitor monitor;
+        const auto needed = std::make_shared<const NeededVoxels>(
+            NeededVoxels::everything(test_scenes::boxFrame({-1, -1, -1}, {16, 16, 8}, glm::dvec3(0.125))));
+        const BakeResult baked = beamsMethod().bake(pool, needed, {}, monitor);
+        EXPECT_NEAR(baked.report.power.emitted / exact, 1, 0.01) << "water, " << blend;
     }
 }
 
