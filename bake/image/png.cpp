@@ -68,6 +68,18 @@ std::string damageOf(std::string_view bytes) {
     return "it has no end";
 }
 
+/// Without chunks of pixels that hold none, which a PNG may have and the decoder copies from nowhere.
+std::string withoutEmptyChunks(std::string_view bytes) {
+    std::string out(bytes.substr(0, 8));
+    for (std::size_t at = 8; at < bytes.size();) {
+        const std::string_view chunk = bytes.substr(at, bigEndian(bytes.substr(at)) + std::size_t{12});
+        if (chunk.size() > 12 || chunk.substr(4, 4) != "IDAT") out += chunk;
+        if (chunk.substr(4, 4) == "IEND") break;
+        at += chunk.size();
+    }
+    return out;
+}
+
 /// Collects what the encoder emits.
 void append(void* context, void* data, int size) {
     static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
@@ -101,8 +113,11 @@ HeightMap readPng16(const std::string& path) {
         throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}",
                                                   path, bytes.size(), damage));
 
+    const std::string full = withoutEmptyChunks(bytes);
     const std::unique_ptr<stbi_us, void (*)(void*)> pixels(
-        stbi_load_16_from_memory(data, size, &width, &height, &channels, 1), stbi_image_free);
+        stbi_load_16_from_memory(reinterpret_cast<const stbi_uc*>(full.data()), static_cast<int>(full.size()), &width,
+                                 &height, &channels, 1),
+        stbi_image_free);
     if (!pixels)
         throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): {}",
                                                   path, bytes.size(), reason()));

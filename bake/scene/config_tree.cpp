@@ -53,6 +53,52 @@ ConfigValue convert(const toml::node& node, const std::string& name) {
     return out;
 }
 
+// Past the string that begins at `at`: to the end of its line where it has none.
+std::size_t pastString(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    const std::string_view fence = text.substr(at, 3);
+    const bool many_lines = fence.size() == 3 && fence[1] == quote && fence[2] == quote;
+    for (at += many_lines ? 3 : 1; at < text.size(); ++at) {
+        if (quote == '"' && text[at] == '\\')
+            ++at;
+        else if (!many_lines && (text[at] == quote || text[at] == '\n'))
+            return at + 1;
+        else if (many_lines && text.substr(at, 3) == fence) {
+            at += 3;
+            while (at < text.size() && text[at] == quote) ++at;  // up to two quotes may stand before the end
+            return at;
+        }
+    }
+    return text.size();
+}
+
+// Names without quotes are ASCII. What toml++ 3.3 and 3.4 do with a letter beyond it is undefined.
+void refuseStrayLetters(std::string_view text, const std::string& name) {
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '#') {
+            at = std::min(text.find('\n', at), text.size());
+        } else if (c == '"' || c == '\'') {
+            at = pastString(text, at);
+        } else if (static_cast<unsigned char>(c) < 0x80) {
+            ++at;
+        } else {
+            const std::string_view before = text.substr(0, at);
+            const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0
+            std::size_t end = at;
+            while (end < text.size() && static_cast<unsigned char>(text[end]) >= 0x80) ++end;
+            throw Error(
+                ErrorCode::Input,
+                fmt::format("'{}' can stand in comments and between quotes alone: put the name or the value that "
+                            "it belongs to between quotes",
+                            text.substr(at, end - at)),
+                fmt::format("{}:{}:{}", name, 1 + std::count(before.begin(), before.end(), '\n'),
+                            1 + std::count_if(before.begin() + static_cast<std::ptrdiff_t>(line_start), before.end(),
+                                              [](char b) { return (b & 0xc0) != 0x80; })));
+        }
+    }
+}
+
 }  // namespace
 
 const ConfigValue* ConfigValue::find(const std::string& key) const {
@@ -97,6 +143,7 @@ ConfigValue parseConfig(const std::string& given, const std::string& name) {
                         fmt::format("a key of more than {} dotted parts; no key of a scene has more than 3", kDeepest),
                         fmt::format("{}:{}", name, line));
     }
+    refuseStrayLetters(text, name);
     try {
         return convert(toml::parse(text, name), name);
     } catch (const toml::parse_error& error) {

@@ -197,7 +197,9 @@ private:
             throw Error(ErrorCode::Input, fmt::format("'{}': extras of '{}': 'photic.{}' is {}; it must be {}", path_,
                                                       name, key, excerpt(own.at(key).dump()), limit));
         };
-        for (const auto& [key, value] : own.items()) {
+        for (const auto& entry : own.items()) {
+            const std::string& key = entry.key();
+            const Json& value = entry.value();
             const auto real = [&](double least) {
                 if (!value.is_number() || !(value.get<double>() >= least))
                     fail(key, fmt::format("a number of at least {}", least));

@@ -367,6 +367,12 @@ TEST_F(ImageTest, Png16ReadsGrey) {
     EXPECT_FLOAT_EQ(map.values[0], 32768.0f / 65535.0f);
     EXPECT_FLOAT_EQ(map.values[1], 1.0f);
 
+    // Some programs begin or end the pixels with a chunk that holds none.
+    std::string spaced = png;
+    spaced.insert(png.find("IDAT") - 4, std::string("\0\0\0\0IDAT\x35\xaf\x06\x1e", 12));
+    write("spaced.png", spaced);
+    EXPECT_EQ(readPng16(path("spaced.png")).values, map.values);
+
     for (std::size_t length = 0; length < png.size(); ++length) {
         write("cut.png", png.substr(0, length));
         expectError(ErrorCode::Input, {"cut.png"}, [&] { readPng16(path("cut.png")); });

@@ -288,6 +288,20 @@ TEST_F(Refusals, SunsAtTheHorizonAndLightsThatDrown) {
     refused(text, "s.toml:10:1", {"'moon' has 1e-07 of the irradiance", "a volume of its own"});
 }
 
+// Comments and strings may hold any letter, however the strings end.
+TEST_F(Refusals, LettersBeyondAsciiOutsideOfQuotes) {
+    SceneText text;
+    text.head =
+        "photic = 1  # \u03c3 \u00e9\n\"gr\u00f6\u00dfe\" = \"\"\"a \\\"\"\" \n\u03b2\"\"\"\"\"\n'\u00f6' = "
+        "'''\u03b2''\n'''\n"
+        "\"x\" = \"\\\\\" # \u03b2\n";
+    refused(text, "s.toml:2:1", {"unknown key 'gr\u00f6\u00dfe'"});
+    refusedRest("gr\u00f6\u00dfe = 3\n", "s.toml:13:3", {"'\u00f6\u00df'", "quotes"});
+    refusedRest("[bake]\nmethod = \u03b2\n", "s.toml:14:10", {"'\u03b2'", "quotes"});
+    refusedRest("[[object]]\nname = \"\u00e9\", \u00fc = 1\n", "s.toml:14:13", {"'\u00fc'", "quotes"});
+    refusedRest("[bake]\nmethod = \"\u00e9\n\u03b2 = 1\n", "s.toml:15:1", {"'\u03b2'"});
+}
+
 TEST_F(Refusals, TextThatIsNone) {
     refused(std::string("\xff\xfep\0h\0", 6), "", {"UTF-16", "save it as UTF-8"});
     EXPECT_EQ(load("\xef\xbb\xbf" + SceneText{}.all()).lights.size(), 1u);
