@@ -7,6 +7,10 @@
 #include <cstdlib>
 #include <string_view>
 
+#ifdef PHOTIC_X86_KERNELS
+#include <cpuid.h>
+#endif
+
 #include "bake/report/error.h"
 
 namespace photic {
@@ -23,6 +27,14 @@ InstructionSet setCalled(std::string_view wanted) {
                             wanted),
                 kVariable);
 }
+
+#ifdef PHOTIC_X86_KERNELS
+// __builtin_cpu_supports() of Clang 14 knows no name for it.
+bool halfFloatConversions() {
+    unsigned a = 0, b = 0, c = 0, d = 0;
+    return __get_cpuid(1, &a, &b, &c, &d) && (c & bit_F16C);
+}
+#endif
 
 }  // namespace
 
@@ -42,8 +54,7 @@ std::vector<InstructionSet> instructionSets() {
     std::vector<InstructionSet> sets{InstructionSet::Portable};
 #ifdef PHOTIC_X86_KERNELS
     // All that cmake/photic_kernels.cmake compiles for.
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") || !__builtin_cpu_supports("f16c"))
-        return sets;
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") || !halfFloatConversions()) return sets;
     sets.push_back(InstructionSet::Avx2);
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
         __builtin_cpu_supports("avx512bw"))
