@@ -68,6 +68,9 @@ vec3 photicInscatter(PhoticRay ray, float tmax, PhoticMedium medium, int steps, 
             float cosine = size > 0.0 ? -dot(light.flux, ray.direction) / size : 0.0;
             float g = medium.anisotropy * min(1.0, size / light.mean);
             vec3 reaches = exp(-extinction * (begin + float(i) * dt));
+#ifdef PHOTIC_MOVERS
+            reaches *= photicPassesMovers(ray.origin + t * ray.direction, light.flux, light.mean);
+#endif
             sum += reaches * light.irradiance * photicPhase(cosine, g);
         }
         ++i;

@@ -17,6 +17,7 @@
 // PHOTIC_LAYOUT: 1 atlas, 2 dense; not defined: as the parameters say.
 // PHOTIC_COLOURED, PHOTIC_REPEATS: 0 or 1 where that is known, which saves a test or work; not defined: as the parameters say.
 // PHOTIC_LIGHT_IN_BUFFER: the bricks lie in a storage buffer.
+// PHOTIC_MOVERS: what moves darkens the light (photic_movers.glsl).
 // PHOTIC_EXACT: eight reads weighted in float instead of the hardware's filter.
 
 #ifndef PHOTIC_LIGHT
@@ -181,11 +182,18 @@ PhoticLight photicSampleLocal(vec3 local) {
 /// @param world  [m]
 PhoticLight photicSample(vec3 world) { return photicSampleLocal(photicLocal(world)); }
 
+#ifdef PHOTIC_MOVERS
+#include "photic_movers.glsl"
+#endif
+
 /// What a surface gets: E_c = irradiance_c * max(0, -normal . flux) / mean [W/m2] per channel.
 /// @param normal  world, away from the surface; need not be unit
 vec3 photicIrradiance(vec3 world, vec3 normal) {
     PhoticLight light = photicSample(world);
     if (photic_directed == 0) return light.irradiance;
+#ifdef PHOTIC_MOVERS
+    light.irradiance *= photicPassesMovers(world, light.flux, light.mean);
+#endif
     float towards = max(0.0, -dot(normal, light.flux)) * inversesqrt(max(dot(normal, normal), 1e-30));
     return light.mean > 0.0 ? light.irradiance * (towards / light.mean) : vec3(0.0);
 }

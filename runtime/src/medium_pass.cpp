@@ -99,7 +99,7 @@ void MediumPass::Impl::scatterInto(const Target& target, const GBuffer& surfaces
     bindTarget(gl(), target);
     for (const LitVolume& lit : volumes) {
         if (lit.weight == 0) continue;
-        const Uniforms uniforms(gl(), scatter.programFor(*lit.volume));
+        const Uniforms uniforms(gl(), scatter.programFor(*lit.volume, options.shadows));
         scatter.bindGBuffer(uniforms, surfaces);
         uniforms.set3("photic_scattering", options.scattering);
         uniforms.set3("photic_absorption", options.absorption);

@@ -4,6 +4,7 @@
 #include "runtime/src/gl_program.h"
 #include "runtime/src/gpu_volume_impl.h"
 #include "runtime/src/guarded.h"
+#include "runtime/src/mover_parameters.h"
 
 namespace photic::runtime {
 
@@ -11,6 +12,7 @@ FullScreenPass::~FullScreenPass() {
     for (const auto& [key, program] : programs_) gl().DeleteProgram(program);
     if (vertex_array_) gl().DeleteVertexArrays(1, &vertex_array_);
     if (nearest_) gl().DeleteSamplers(1, &nearest_);
+    if (movers_) gl().DeleteBuffers(1, &movers_);
 }
 
 GLuint FullScreenPass::program(const std::vector<Define>& defines) {
@@ -44,6 +46,20 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, std::vector<Define> d
     return program(defines);
 }
 
+GLuint FullScreenPass::programFor(const GpuVolume& volume, const MoverShadows& shadows) {
+    if (!shadows.movers) return programFor(volume);
+    const MoverParameters parameters = moverParameters(*shadows.movers);
+    if (parameters.count[1] > 0 && shadows.map == 0)
+        fail(ErrorCode::Usage, "Movers::map has a size, but there is no texture of it; set MoverShadows::map");
+    const GLuint made = programFor(volume, {{"PHOTIC_MOVERS", "1"}});
+    if (!movers_) gl().GenBuffers(1, &movers_);
+    gl().BindBuffer(GL_UNIFORM_BUFFER, movers_);
+    gl().BufferData(GL_UNIFORM_BUFFER, sizeof(parameters), &parameters, GL_STREAM_DRAW);
+    gl().BindBufferBase(GL_UNIFORM_BUFFER, 1, movers_);
+    bindNearest(3, shadows.map);
+    return made;
+}
+
 void FullScreenPass::drawTriangle() {
     if (!vertex_array_) gl().GenVertexArrays(1, &vertex_array_);
     gl().BindVertexArray(vertex_array_);
@@ -52,7 +68,7 @@ void FullScreenPass::drawTriangle() {
 
 void FullScreenPass::abandon() {
     programs_.clear();
-    vertex_array_ = nearest_ = 0;
+    vertex_array_ = nearest_ = movers_ = 0;
 }
 
 void bindTarget(const GlFunctions& gl, const Target& target) {

@@ -22,6 +22,10 @@ public:
 
     const GlFunctions& gl() const { return context_.gl(); }
 
+    /// That for the layout and the filter of a volume with movers, whose parameters are bound too: uniform buffer 1 and
+    /// texture unit 3. @throws Failure{Usage} for movers that make no sense
+    GLuint programFor(const GpuVolume& volume, const MoverShadows& shadows);
+
     /// The program with these defines. @throws Failure{Shader}
     GLuint program(const std::vector<Define>& defines = {});
     /// That for the layout and the filter of a volume, with more defines.
@@ -45,6 +49,7 @@ private:
     const char* file_;
     std::map<std::string, GLuint> programs_;
     GLuint vertex_array_ = 0, nearest_ = 0;  ///< nearest_: a sampler
+    GLuint movers_ = 0;                      ///< a uniform buffer
 };
 
 /// Binds the target and its viewport. @throws Failure{Usage} for a target without pixels

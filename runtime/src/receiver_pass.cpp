@@ -60,7 +60,7 @@ Status ReceiverPass::draw(const GBuffer& surfaces, const Target& target, const s
         beginAdding(gl, target);
         for (const LitVolume& lit : lobes) {
             if (lit.weight == 0) continue;
-            const Uniforms uniforms(gl, pass.programFor(*lit.volume));
+            const Uniforms uniforms(gl, pass.programFor(*lit.volume, options.shadows));
             pass.bindGBuffer(uniforms, surfaces);
             setOptions(uniforms, surfaces, options);
             lit.volume->impl().bind(0, 0, lit.weight);

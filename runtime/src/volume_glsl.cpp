@@ -48,6 +48,9 @@ std::string volumeGlsl(const GlslOptions& options) {
     define("PHOTIC_COLOURED", choice(options.coloured));
     define("PHOTIC_REPEATS", choice(options.repeats));
     define("PHOTIC_LIGHT_IN_BUFFER", options.layout == Layout::Buffer ? "1" : "");
+    define("PHOTIC_MOVERS", options.movers ? "1" : "");
+    define("PHOTIC_BINDING_MOVERS", std::to_string(options.vulkan ? at.movers : options.mover_buffer));
+    define("PHOTIC_BINDING_MOVER_MAP", std::to_string(options.vulkan ? at.mover_map : options.mover_texture));
     define("PHOTIC_EXACT", options.filter == Filter::Exact ? "1" : "");
     for (const char* file : {"photic_volume.glsl", "photic_medium.glsl"}) {
         const Result<std::string> text = resolveIncludes(file);

@@ -285,11 +285,28 @@ private:
         return bent_->draw(surfaces, target, *objects_, placed, around, light);
     }
 
+    /// The ball darkens baked light.
+    runtime::Movers moversOf(const Picture& picture) const {
+        runtime::Movers movers;
+        if (!stage_.heights.empty()) movers.surface[3] = stage_.water.level;
+        movers.ior = stage_.light.ior;
+        if (stage_.has_sun)
+            movers.sun = {stage_.light.direction[0], stage_.light.direction[1], stage_.light.direction[2]};
+        const glm::vec3& at = picture.ball_centre;
+        if (picture.ball_radius > 0)
+            movers.shapes = {runtime::sphere({at.x, at.y, at.z}, static_cast<double>(picture.ball_radius))};
+        movers.bias = 1e-3 * static_cast<double>(picture.ball_radius) + 1e-6;
+        return movers;
+    }
+
     Status receivers(const Picture& picture, const Matrices& matrices, Source source, const runtime::GBuffer& surfaces,
                      const runtime::Target& target) {
         if (source == Source::None || !has(source)) return Done{};
         if (source == Source::BakedA || source == Source::BakedB) {
-            return receivers_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}});
+            const runtime::Movers movers = moversOf(picture);
+            runtime::ReceiverOptions options;
+            options.shadows.movers = &movers;
+            return receivers_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}}, options);
         }
         if (const Status ready = prepareWater(picture, source); !ready) return ready;
         if (source == Source::WarpedVolumes) {
@@ -361,6 +378,8 @@ private:
         medium.steps = picture.steps;
         medium.jitter = runtime::StepJitter::PerPixel;
         medium.extinction = runtime::Extinction::Left;  // veil() has dimmed what is behind the water
+        const runtime::Movers movers = moversOf(picture);
+        medium.shadows.movers = &movers;
         if (!stage_.heights.empty()) copy(medium.surface, {0, 0, 1}), medium.surface[3] = stage_.water.level;
         return media_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}}, medium);
     }

@@ -64,6 +64,7 @@ TEST_F(Shaders, PassesCompileInEveryVersion) {
                                                        {{"PHOTIC_LAYOUT", "1"}},
                                                        {{"PHOTIC_LAYOUT", "2"}, {"PHOTIC_EXACT", "1"}},
                                                        {{"PHOTIC_LIGHT_IN_BUFFER", "1"}},
+                                                       {{"PHOTIC_MOVERS", "1"}},
                                                        {{"PHOTIC_LIT", "1"}},
                                                        {{"PHOTIC_BENT_GRADIENTS", "1"}, {"PHOTIC_EULER", "1"}}};
     int compiled = 0;
@@ -96,6 +97,9 @@ TEST_F(Shaders, GamesShadersCompileWithTwoVolumes) {
                 lamp.prefix = "lamp";
                 lamp.first_texture = 3;
                 lamp.first_buffer = 1;
+                sun.movers = lamp.movers = filter == Filter::Hardware;
+                sun.mover_buffer = lamp.mover_buffer = 2;
+                sun.mover_texture = lamp.mover_texture = 6;
                 const auto header = assembleShader("full_screen.vert.glsl", target, {});
                 std::string text =
                     header->text.substr(0, header->text.find("#line")) + volumeGlsl(sun) + volumeGlsl(lamp);
@@ -126,7 +130,8 @@ TEST_F(Shaders, GamesShadersCompileForVulkan) {
             sun.filter = lamp.filter = filter;
             sun.vulkan.emplace();
             lamp.prefix = "lamp";
-            lamp.vulkan = VulkanBindings{1, 10, 11, 12, 13, 14};
+            lamp.vulkan = VulkanBindings{1, 10, 11, 12, 13, 14, 15, 16};
+            sun.movers = lamp.movers = filter == Filter::Hardware;
             const std::string text = "#version 450\n" + volumeGlsl(sun) + volumeGlsl(lamp) + R"(
                 layout(location = 0) in vec3 world;
                 layout(location = 1) in vec3 normal;

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "photic/gl_context.h"
+#include "photic/movers.h"
 #include "photic/result.h"
 #include "photic/runtime.h"
 #include "photic/sequence.h"
@@ -127,6 +128,12 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
+/// What darkens the light of volumes while it is drawn.
+struct MoverShadows {
+    const Movers* movers = nullptr;  ///< null: nothing does
+    unsigned map = 0;                ///< 2D texture RG32F of Movers::map, where there is one
+};
+
 enum class ReceiverOutput {
     Radiance,   ///< of diffuse surfaces: albedo / pi * E [W/(m2 sr)]
     Irradiance  ///< E [W/m2]
@@ -136,6 +143,7 @@ struct ReceiverOptions {
     ReceiverOutput output = ReceiverOutput::Radiance;
     /// Factor on the result: (n_camera / n_receiver)^2 for receivers in water seen from air (docs/light_volume.md).
     float scale = 1;
+    MoverShadows shadows;  ///< on the light of volumes; water without a bake has none
 };
 
 class LiveWater;
@@ -212,6 +220,7 @@ struct MediumOptions {
     MediumResolution resolution = MediumResolution::Full;
     Extinction extinction = Extinction::Applied;
     float scale = 1;  ///< factor on the scattered light
+    MoverShadows shadows;
 };
 
 /// The medium that volumes were baked with, as their metadata say: its coefficients, below its surface. Of a Volume's

@@ -87,6 +87,7 @@ struct VulkanBindings {
     unsigned light = 0, colour = 1, pages = 2;  ///< combined image samplers; colour is declared for white volumes too
     unsigned parameters = 3;                    ///< uniform buffer
     unsigned bricks = 4;                        ///< storage buffer, for Layout::Buffer only
+    unsigned movers = 5, mover_map = 6;         ///< uniform buffer and combined image sampler, with GlslOptions::movers
 };
 
 /// What volumeGlsl() is made for.
@@ -100,6 +101,10 @@ struct GlslOptions {
     std::optional<VulkanBindings> vulkan;  ///< for Vulkan, instead of first_texture and first_buffer
     Known coloured = Known::Neither;
     Known repeats = Known::Neither;  ///< along any axis
+    /// What moves darkens the light (photic/movers.h): packMovers() bound to this uniform buffer, and Movers::map, or
+    /// any 2D texture where there is none, to this unit. For Vulkan as VulkanBindings says.
+    bool movers = false;
+    unsigned mover_buffer = 1, mover_texture = 3;
 };
 
 /// GLSL for a game's own shader, to be put behind its #version: photicSample(), photicIrradiance(), photicInscatter(),
