@@ -38,16 +38,13 @@ if(NOT TARGET photic_nanovdb)
   target_compile_definitions(photic_nanovdb INTERFACE NANOVDB_USE_ZIP NANOVDB_USE_BLOSC)
 endif()
 
-# Embree 3 (Debian 12) or 4 (Ubuntu 24.04); bake/tubes/ray_casting.cpp knows both.
+# Embree 3 (Debian 12) or 4; bake/libraries/embree.h knows both.
 find_library(PHOTIC_EMBREE_LIBRARY NAMES embree4 embree3 REQUIRED)
 find_path(PHOTIC_EMBREE_INCLUDE NAMES embree4/rtcore.h embree3/rtcore.h REQUIRED)
 if(NOT TARGET photic_embree)
   add_library(photic_embree INTERFACE IMPORTED)
   target_include_directories(photic_embree INTERFACE ${PHOTIC_EMBREE_INCLUDE})
   target_link_libraries(photic_embree INTERFACE ${PHOTIC_EMBREE_LIBRARY})
-  if(EXISTS ${PHOTIC_EMBREE_INCLUDE}/embree4/rtcore.h)
-    target_compile_definitions(photic_embree INTERFACE PHOTIC_EMBREE_4)
-  endif()
 endif()
 
 # In the public headers, hence needed by whoever links a room.

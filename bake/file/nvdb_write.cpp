@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that includes NanoVDB's headers.
 #include <fmt/format.h>
-#include <nanovdb/util/GridBuilder.h>
-#include <nanovdb/util/IO.h>
 
 #include <array>
 #include <cstring>
@@ -17,6 +14,7 @@
 #include "bake/file/output_set.h"
 #include "bake/file/runtime_metadata.h"
 #include "bake/file/voxel_encoding.h"
+#include "bake/libraries/nanovdb.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -90,49 +88,24 @@ struct LeafLight {
     }
 };
 
-// What the builder leaves open: voxel sizes along the axes, and the description of the blind data that it made room
-// for.
-template <class Build>
-void complete(Handle& handle, const GridFrame& frame, const std::string& blind) {
-    auto* grid = handle.template grid<Build>();
-    auto* data = grid->data();
-    const auto& m = frame.worldFromIndex();
-    data->mVoxelSize = nanovdb::Vec3R(glm::length(m[0]), glm::length(m[1]), glm::length(m[2]));
-    if (!blind.empty()) {
-        auto* meta = nanovdb::PtrAdd<nanovdb::GridBlindMetaData>(data, data->mBlindMetadataOffset);
-        meta->mElementCount = blind.size();
-        meta->mFlags = 0;
-        meta->mSemantic = nanovdb::GridBlindDataSemantic::Unknown;
-        meta->mDataClass = nanovdb::GridBlindDataClass::Unknown;
-        meta->mDataType = nanovdb::GridType::Unknown;  // bytes: there is no type for them
-        std::strncpy(meta->mName, "photic", nanovdb::GridBlindMetaData::MaxNameSize - 1);
-        std::memcpy(const_cast<char*>(meta->template getBlindData<char>()), blind.data(), blind.size());
-    }
-    nanovdb::updateChecksum(*grid, nanovdb::ChecksumMode::Full);
-}
-
 /// A grid on `leaves`: fill(leaf, values) writes 512 values, of which the active ones are kept.
 template <class Value, class Build, class Fill>
 Handle buildGrid(const std::string& name, const GridFrame& frame, const std::vector<ActiveLeaf>& leaves,
                  const std::string& blind, Fill fill) {
-    // A whole number of aligned blocks, so that whatever follows the grid is aligned too.
-    const std::uint64_t room = (blind.size() + kAlignment - 1) / kAlignment * kAlignment;
-    nanovdb::GridBuilder<Value, Build> builder(Value(0), nanovdb::GridClass::Unknown, room);
-    builder.setChecksum(nanovdb::ChecksumMode::Disable);
-    auto accessor = builder.getAccessor();
+    const auto& m = frame.worldFromIndex();
+    const nanovdb::Vec3d voxel_size(glm::length(m[0]), glm::length(m[1]), glm::length(m[2]));
     std::array<Value, kVoxels> values;
-    for (const ActiveLeaf& leaf : leaves) {
-        fill(leaf, values.data());
-        for (int i = 0; i < kVoxels; ++i) {
-            if (!NeededVoxels::maskBit(leaf.mask, i)) continue;
-            accessor.setValue(
-                nanovdb::Coord(leaf.origin.x + (i >> 6), leaf.origin.y + (i >> 3 & 7), leaf.origin.z + (i & 7)),
-                values[static_cast<std::size_t>(i)]);
+    return nano::build<Value, Build, ClearedBuffer>({name, mapOf(frame), voxel_size, blind}, [&](auto& accessor) {
+        for (const ActiveLeaf& leaf : leaves) {
+            fill(leaf, values.data());
+            for (int i = 0; i < kVoxels; ++i) {
+                if (!NeededVoxels::maskBit(leaf.mask, i)) continue;
+                accessor.setValue(
+                    nanovdb::Coord(leaf.origin.x + (i >> 6), leaf.origin.y + (i >> 3 & 7), leaf.origin.z + (i & 7)),
+                    values[static_cast<std::size_t>(i)]);
+            }
         }
-    }
-    Handle handle = builder.template getHandle<nanovdb::AbsDiff, ClearedBuffer>(mapOf(frame), name);
-    complete<Build>(handle, frame, blind);
-    return handle;
+    });
 }
 
 /// The grids of one lobe.

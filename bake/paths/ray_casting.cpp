@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/paths/ray_casting.h"
 
-#ifdef PHOTIC_EMBREE_4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "bake/libraries/embree.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -201,16 +197,7 @@ struct RayCaster::Impl {
         query.ray.mask = ~0u;
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#ifdef PHOTIC_EMBREE_4
-        RTCIntersectArguments arguments;
-        rtcInitIntersectArguments(&arguments);
-        arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
-        rtcIntersect1(scene.get(), &query, &arguments);
-#else
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        rtcIntersect1(scene.get(), &context, &query);
-#endif
+        embree::intersect(scene.get(), query);
         if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
 
         const CastMesh& cast = meshes[query.hit.geomID];

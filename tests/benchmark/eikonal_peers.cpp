@@ -2,7 +2,6 @@
 #include "tests/benchmark/eikonal_peers.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/FastSweeping.h>
 
 #include <cstdio>
@@ -10,6 +9,8 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+
+#include "bake/libraries/openvdb.h"
 
 namespace photic::benchmark {
 

@@ -3,16 +3,15 @@
 #include "bake/file/nvdb.h"
 
 #include <gtest/gtest.h>
-#include <nanovdb/util/GridValidator.h>
-#include <nanovdb/util/IO.h>
-#include <nanovdb/util/NanoToOpenVDB.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bake/libraries/nanovdb.h"
+#include "bake/libraries/nanovdb_checks.h"
+#include "bake/libraries/openvdb.h"
 #include "bake/report/error.h"
 #include "tests/file/file_test_support.h"
 
@@ -27,8 +26,8 @@ template <class Build>
 void openAs(const nanovdb::GridHandle<>& handle, Grids& grids) {
     const auto* grid = handle.grid<Build>();
     if (grid == nullptr) return;
-    EXPECT_TRUE(nanovdb::isValid(*grid, true, true));
-    const openvdb::GridBase::Ptr back = nanovdb::nanoToOpenVDB(*grid);
+    EXPECT_TRUE(nano::isValid(*grid));
+    const openvdb::GridBase::Ptr back = nano::toOpenVdb(*grid);
     grids[back->getName()] = back;
 }
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The file as others see it: through OpenVDB itself, and files that others wrote.
 #include <gtest/gtest.h>
-#include <openvdb/io/File.h>
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include <algorithm>
 
 #include "bake/file/vdb.h"
+#include "bake/libraries/openvdb.h"
 #include "bake/report/error.h"
 #include "runtime/format/light_volume_format.h"
 #include "tests/file/file_test_support.h"

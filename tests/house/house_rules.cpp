@@ -167,7 +167,7 @@ std::vector<Breach> linksAgainstArrows(const fs::path& root) {
 }
 
 std::vector<std::string> filesIncludingOpenVdb(const fs::path& root) {
-    static const std::regex include(R"(^\s*#\s*include\s*[<"](openvdb|nanovdb)/.*)");
+    static const std::regex include(R"(^\s*#\s*include\s*[<"](openvdb/|nanovdb/|bake/libraries/(open|nano)vdb).*)");
     std::vector<std::string> files;
     for (const auto& file : sourceFiles(root)) {
         if (!isCpp(file)) continue;
@@ -181,7 +181,8 @@ std::vector<std::string> filesIncludingOpenVdb(const fs::path& root) {
 }
 
 std::vector<Breach> versionedHeaders(const fs::path& root) {
-    static const std::regex include(R"(^\s*#\s*include\s*[<"](toml\+\+/|tiny_gltf|imgui/).*)");
+    static const std::regex include(
+        R"(^\s*#\s*include\s*[<"](toml\+\+/|tiny_gltf|imgui/|embree\d/|nanovdb/|openvdb/(openvdb\.h|io/)).*)");
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {
         const std::string name = file.generic_string();

@@ -148,17 +148,20 @@ TEST_F(MadeUpHouse, LinkAgainstTheArrowsIsFound) {
 TEST_F(MadeUpHouse, OpenVdbIsCounted) {
     write("bake/file/vdb.cpp", "#include <openvdb/openvdb.h>\n#include <openvdb/io/File.h>\n");
     write("bake/file/other.cpp", "// #include <openvdb/openvdb.h> is not here\n");
-    EXPECT_EQ(filesIncludingOpenVdb(root_), std::vector<std::string>{"bake/file/vdb.cpp"});
+    write("bake/file/thin.cpp", "#include \"bake/libraries/openvdb.h\"\n");
+    EXPECT_EQ(filesIncludingOpenVdb(root_), (std::vector<std::string>{"bake/file/thin.cpp", "bake/file/vdb.cpp"}));
 }
 
 TEST_F(MadeUpHouse, VersionedHeaderIsFound) {
     write("bake/libraries/toml.h", "#include <toml++/toml.h>\n");
     write("runtime/viewer/imgui_headers.h", "#include <imgui/imgui.h>\n");
-    write("tests/file/a.cpp", "#include <openvdb/openvdb.h>\n#include \"bake/libraries/toml.h\"\n");
+    write("tests/file/a.cpp", "#include <openvdb/tools/Interpolation.h>\n#include \"bake/libraries/toml.h\"\n");
     EXPECT_EQ(inWords(versionedHeaders(root_)), "");
     write("bake/scene/a.cpp", "#include <fmt/format.h>\n#include <toml++/toml.h>\n#include <tiny_gltf.h>\n");
     write("runtime/viewer/c.cpp", "#include <imgui/imgui.h>\n");
-    EXPECT_EQ(versionedHeaders(root_).size(), 3u);
+    write("tests/file/b.cpp", "#include <openvdb/openvdb.h>\n#include <openvdb/io/File.h>\n");
+    write("bake/file/c.cpp", "#include <nanovdb/util/IO.h>\n#include <embree3/rtcore.h>\n");
+    EXPECT_EQ(versionedHeaders(root_).size(), 7u);
 }
 
 TEST_F(MadeUpHouse, MissingLicenceIsFound) {

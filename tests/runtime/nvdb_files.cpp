@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/runtime/nvdb_files.h"
 
-#include <nanovdb/util/GridBuilder.h>
-#include <nanovdb/util/IO.h>
-
 #include <cmath>
-#include <cstring>
 #include <sstream>
+
+#include "bake/libraries/nanovdb.h"
 
 namespace photic::test {
 namespace {
@@ -25,52 +23,31 @@ nanovdb::Map mapOf(const NvdbSpec& spec) {
     return map;
 }
 
-/// Appends one blind datum, as NanoVDB lays them out: a record, then the bytes.
-nanovdb::GridHandle<> withBlindText(nanovdb::GridHandle<> handle, const std::string& text) {
-    const std::size_t record = handle.size(), data = record + sizeof(nanovdb::GridBlindMetaData);
-    const std::size_t size = (data + text.size() + 1 + 31) / 32 * 32;
-    auto buffer = nanovdb::HostBuffer::create(size);
-    std::memset(buffer.data(), 0, size);
-    std::memcpy(buffer.data(), handle.data(), record);
-    auto* grid = reinterpret_cast<nanovdb::GridData*>(buffer.data());
-    grid->mGridSize = size;
-    grid->mBlindMetadataOffset = static_cast<std::int64_t>(record);
-    grid->mBlindMetadataCount = 1;
-    auto* blind = reinterpret_cast<nanovdb::GridBlindMetaData*>(buffer.data() + record);
-    blind->setBlindData(buffer.data() + data);
-    blind->mElementCount = text.size() + 1;
-    blind->mDataType = nanovdb::GridType::Unknown;
-    std::strcpy(blind->mName, "photic");
-    std::memcpy(buffer.data() + data, text.c_str(), text.size() + 1);
-    return nanovdb::GridHandle<>(std::move(buffer));
-}
-
 class Writer {
 public:
     explicit Writer(const NvdbSpec& spec) : spec_(spec) {}
 
     template <class Value, class Build, class Get>
-    void add(const char* name, const Value& background, const Get& get) {
-        nanovdb::GridBuilder<Value, Build> builder(background, nanovdb::GridClass::Unknown);
-        auto access = builder.getAccessor();
-        for (int i = spec_.min[0]; i <= spec_.max[0]; ++i) {
-            for (int j = spec_.min[1]; j <= spec_.max[1]; ++j) {
-                for (int k = spec_.min[2]; k <= spec_.max[2]; ++k) {
-                    if (spec_.active && !spec_.active(i, j, k)) continue;
-                    access.setValue(nanovdb::Coord(i, j, k), get(spec_.values(i, j, k)));
+    void add(const char* name, const Get& get) {
+        // The text ends with a zero, as C has it.
+        const std::string blind = spec_.json.empty() || !handles_.empty() ? "" : spec_.json + '\0';
+        handles_.push_back(nano::build<Value, Build, nanovdb::HostBuffer>(
+            {name, mapOf(spec_), nanovdb::Vec3d(1, 1, 1), blind}, [&](auto& accessor) {
+                for (int i = spec_.min[0]; i <= spec_.max[0]; ++i) {
+                    for (int j = spec_.min[1]; j <= spec_.max[1]; ++j) {
+                        for (int k = spec_.min[2]; k <= spec_.max[2]; ++k) {
+                            if (spec_.active && !spec_.active(i, j, k)) continue;
+                            accessor.setValue(nanovdb::Coord(i, j, k), get(spec_.values(i, j, k)));
+                        }
+                    }
                 }
-            }
-        }
-        auto handle = builder.getHandle(mapOf(spec_), name);
-        if (!spec_.json.empty() && first_) handle = withBlindText(std::move(handle), spec_.json);
-        first_ = false;
-        handles_.push_back(std::move(handle));
+            }));
     }
 
     template <class Build>
     void addScalars() {
         const auto scalar = [&](const char* name, std::size_t component) {
-            add<float, Build>(name, 0.0F, [component](const LightValues& v) { return v[component]; });
+            add<float, Build>(name, [component](const LightValues& v) { return v[component]; });
         };
         scalar("irradiance", 3);
         scalar("flux_x", 0), scalar("flux_y", 1), scalar("flux_z", 2);
@@ -79,7 +56,7 @@ public:
 
     std::vector<unsigned char> bytes() const {
         std::size_t size = 1 << 16;
-        for (const auto& handle : handles_) size += handle.size();
+        for (const auto& handle : handles_) size += handle.buffer().size();
         // NanoVDB skips forward past the end, which only a stream that is long enough allows.
         std::stringstream out(std::string(size, '\0'));
         const auto codec = spec_.packing == NvdbPacking::Blosc ? nanovdb::io::Codec::BLOSC
@@ -93,7 +70,6 @@ public:
 private:
     const NvdbSpec& spec_;
     std::vector<nanovdb::GridHandle<>> handles_;
-    bool first_ = true;
 };
 
 }  // namespace
@@ -105,9 +81,8 @@ std::vector<unsigned char> makeNvdb(const NvdbSpec& spec) {
     const auto rgb = [](const LightValues& v) { return Vec3f(v[4], v[5], v[6]); };
     switch (spec.encoding) {
         case NvdbEncoding::Vec4:
-            writer.add<Vec4f, Vec4f>("flux", Vec4f(0, 0, 0, 0),
-                                     [](const LightValues& v) { return Vec4f(v[0], v[1], v[2], v[3]); });
-            if (spec.coloured) writer.add<Vec3f, Vec3f>("irradiance_rgb", Vec3f(0), rgb);
+            writer.add<Vec4f, Vec4f>("flux", [](const LightValues& v) { return Vec4f(v[0], v[1], v[2], v[3]); });
+            if (spec.coloured) writer.add<Vec3f, Vec3f>("irradiance_rgb", rgb);
             break;
         case NvdbEncoding::Fp16:
             writer.addScalars<nanovdb::Fp16>();
@@ -117,11 +92,11 @@ std::vector<unsigned char> makeNvdb(const NvdbSpec& spec) {
             break;
         case NvdbEncoding::Direction:
             if (spec.coloured) {
-                writer.add<Vec3f, Vec3f>("irradiance", Vec3f(0), rgb);
+                writer.add<Vec3f, Vec3f>("irradiance", rgb);
             } else {
-                writer.add<float, float>("irradiance", 0.0F, [](const LightValues& v) { return v[3]; });
+                writer.add<float, float>("irradiance", [](const LightValues& v) { return v[3]; });
             }
-            writer.add<Vec3f, Vec3f>("direction", Vec3f(0), [](const LightValues& v) {
+            writer.add<Vec3f, Vec3f>("direction", [](const LightValues& v) {
                 return v[3] > 0 ? Vec3f(v[0] / v[3], v[1] / v[3], v[2] / v[3]) : Vec3f(0);
             });
             break;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Media whose index varies in space, as scenes write them.
 #include <gtest/gtest.h>
-#include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <filesystem>
 #include <limits>
 
+#include "bake/libraries/openvdb.h"
 #include "bake/report/error.h"
 #include "bake/scene/graded_index.h"
 #include "bake/scene/index_volume.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <fstream>
@@ -8,6 +7,7 @@
 #include <random>
 #include <sstream>
 
+#include "bake/libraries/openvdb.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
 #include "tests/scene/scene_texts.h"

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #include <cmath>
 #include <functional>
 #include <glm/vec3.hpp>
 
+#include "bake/libraries/openvdb.h"
 #include "bake/scene/crest_warnings.h"
 #include "bake/scene/plausibility.h"
 #include "tests/scene/scene_texts.h"

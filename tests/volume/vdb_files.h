@@ -2,13 +2,12 @@
 // .vdb files as OpenVDB itself writes them.
 #pragma once
 
-#include <openvdb/io/Archive.h>
-#include <openvdb/openvdb.h>
-
 #include <cstdint>
 #include <random>
 #include <sstream>
 #include <string>
+
+#include "bake/libraries/openvdb.h"
 
 namespace photic {
 
