@@ -6,6 +6,12 @@ include(CMakePackageConfigHelpers)
 set(photic_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/photic)
 get_property(photic_rooms GLOBAL PROPERTY PHOTIC_ROOMS)
 
+# All that is installed, and no tests: what has to be built before.
+add_custom_target(installed DEPENDS ${photic_rooms} photic_runtime photic)
+if(TARGET manual_and_completions)
+  add_dependencies(installed manual_and_completions)
+endif()
+
 install(TARGETS ${photic_rooms} EXPORT photic_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(EXPORT photic_targets NAMESPACE photic:: DESTINATION ${photic_package_dir} COMPONENT dev)
 # What a game links, in an export of its own: it needs none of the baker's dependencies.
@@ -25,6 +31,12 @@ install(DIRECTORY runtime/format DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/photic/
 
 # The pages in the order in which they stand in the tree, so that their links lead somewhere.
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
+foreach(component doc:photic-doc runtime:libphotic-runtime-dev dev:libphotic-dev)
+  string(REPLACE ":" ";" component ${component})
+  list(GET component 0 name)
+  list(GET component 1 package)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} RENAME copyright COMPONENT ${name})
+endforeach()
 install(FILES LICENSE README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc)
 install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT doc

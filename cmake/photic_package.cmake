@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 # `cpack` in the build folder: photic (the program and its viewer), photic-doc (pages and examples), libphotic-runtime-dev
-# (what a game links) and libphotic-dev (the rooms of the baker) as .deb files, and one .tar.gz of all, which runs where it
-# is unpacked.
+# (what a game links) and libphotic-dev (the rooms of the baker) as .deb files. scripts/package builds what is in them, and
+# makes a .tar.gz of all besides.
 set(CPACK_PACKAGE_NAME photic)
 set(CPACK_PACKAGE_VENDOR "The Photic authors")
 set(CPACK_PACKAGE_CONTACT "The Photic authors <noreply@photic.invalid>")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_GENERATOR DEB)
 set(CPACK_COMPONENTS_ALL program doc runtime dev)
 set(CPACK_OUTPUT_FILE_PREFIX ${CMAKE_BINARY_DIR}/packages)
 
