@@ -196,6 +196,8 @@ const FormatRow& formatOf(const ExportArguments& arguments) {
             throw Error(ErrorCode::Usage, "makes files in a folder of its own; give either --web or -o", "--web");
         return kWebFormat;
     }
+    if (arguments.shared_script)
+        throw Error(ErrorCode::Usage, "says where a page's script goes; give --web too", "--shared-script");
     if (arguments.output.empty())
         throw Error(ErrorCode::Usage, "-o says the file to write, or --web the folder of a page; give one", "-o");
     const std::string extension = std::filesystem::path(arguments.output).extension().string();

@@ -31,14 +31,22 @@ std::string WebExport::frameFiles(const std::string& folder) {
 
 std::string WebExport::pathOf(const char* name) const { return (std::filesystem::path(folder_) / name).string(); }
 
+std::string WebExport::scriptPath() const {
+    if (!shared_script_) return pathOf(kScript);
+    // "pages/glass/" and "." have a folder that they are in, too.
+    const std::filesystem::path folder = (std::filesystem::absolute(folder_) / "x").lexically_normal().parent_path();
+    return (folder.parent_path() / kScript).string();
+}
+
 WebExport::WebExport(const ExportArguments& arguments, OutputSet& outputs)
-    : folder_(arguments.web), scene_file_(arguments.scene) {
+    : folder_(arguments.web), scene_file_(arguments.scene), shared_script_(arguments.shared_script) {
     if (scene_file_.empty())
         throw Error(ErrorCode::Usage,
                     "shows receivers, water and a camera, which the volume does not hold; say the scene that it was "
                     "baked from with --scene",
                     "--web");
-    for (const char* name : {kScript, kScene, kPage}) outputs.writes("a file of the page", pathOf(name));
+    for (const std::string& file : {scriptPath(), pathOf(kScene), pathOf(kPage)})
+        outputs.writes("a file of the page", file);
 }
 
 void WebExport::warnOfSize(const DenseTexels& texels, Terminal& terminal) const {
@@ -70,9 +78,9 @@ DenseWritten WebExport::writeFrame(OutputSet& outputs, const std::string& output
 }
 
 void WebExport::finish(OutputSet& outputs, Terminal& terminal) {
-    outputs.write(pathOf(kScript), webPageScript());
+    outputs.write(scriptPath(), webPageScript());
     outputs.write(pathOf(kScene), scene_script_);
-    outputs.write(pathOf(kPage), webPageHtml());
+    outputs.write(pathOf(kPage), webPageHtml(shared_script_ ? "../photic.js" : "photic.js"));
     outputs.commit();
     terminal.say(fmt::format("{}: open it in a browser; the page is {:.2f} MB", pathOf(kPage),
                              static_cast<double>(bytes_) * 1e-6));

@@ -37,9 +37,11 @@ public:
 
 private:
     std::string pathOf(const char* name) const;
+    std::string scriptPath() const;
     void warnOfSize(const DenseTexels& texels, Terminal& terminal) const;
 
     std::string folder_, scene_file_;
+    bool shared_script_;
     std::vector<WebFrame> frames_;
     std::string scene_script_;
     std::size_t bytes_ = 0;

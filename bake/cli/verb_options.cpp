@@ -278,6 +278,8 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     value(app.add_option("--web", a.web,
                          "Folder for a page that shows the volume in a browser, instead of -o; wants --scene"),
           "FOLDER");
+    app.add_flag("--shared-script", a.shared_script,
+                 "Of --web: photic.js goes beside FOLDER and not into it, so that pages in one folder share it");
     app.add_flag("--l1", a.l1,
                  "Of .dds and .ktx2: what faces get, by harmonics of order 0 and 1, as VRChat's and Bakery's light "
                  "volumes have it");

@@ -86,6 +86,7 @@ struct ExportArguments {
     std::vector<std::string> volumes;  ///< several: frames of a sequence, laid out alike
     std::string output;                ///< its extension says the format
     std::string web;                   ///< the folder of a page instead
+    bool shared_script = false;        ///< the page's own script beside that folder, not in it
     bool l1 = false;                   ///< harmonics of what faces get, instead of flux and irradiance
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;

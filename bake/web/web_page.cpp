@@ -202,10 +202,13 @@ double tileOf(const Scene& scene) {
 
 }  // namespace
 
-std::string_view webPageHtml() {
+std::string webPageHtml(std::string_view script) {
+    std::string html;
     for (const EmbeddedFile* file = kEmbeddedPage; file->name; ++file)
-        if (std::string_view(file->name).ends_with(".html")) return file->text;
-    return {};
+        if (std::string_view(file->name).ends_with(".html")) html = file->text;
+    constexpr std::string_view kScript = "src=\"photic.js\"";
+    html.replace(html.find(kScript), kScript.size(), "src=\"" + std::string(script) + "\"");
+    return html;
 }
 
 std::string webPageScript() {

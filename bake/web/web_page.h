@@ -34,7 +34,8 @@ std::string webFrameScript(int frame, const DenseTexels& light, const Scene& sce
 std::string webSceneScript(const WebScene& page, const LightVolume& volume, const DenseTexels& light);
 
 /// `index.html` and `photic.js`: the same for every scene.
-std::string_view webPageHtml();
+/// @param script  where the page finds photic.js
+std::string webPageHtml(std::string_view script = "photic.js");
 std::string webPageScript();
 
 }  // namespace photic

@@ -13,7 +13,9 @@ using Strings = std::vector<std::string>;
 /// What a script hands to a function, with arguments of JSON.
 json handed(const std::string& script) {
     const auto open = script.find('('), close = script.rfind(')');
-    return json::parse("[" + script.substr(open + 1, close - open - 1) + "]");
+    std::string arguments = "[";
+    arguments.append(script, open + 1, close - open - 1).append("]");
+    return json::parse(arguments);
 }
 
 TEST(Page, HoldsTheSceneAndOneFileAFrame) {
@@ -57,6 +59,21 @@ TEST(Page, HoldsTheSceneAndOneFileAFrame) {
     EXPECT_NE(first[1]["light"], second[1]["light"]);
     EXPECT_NE(first[1]["heights"], second[1]["heights"]);
     EXPECT_TRUE(first[1].contains("rgb"));
+}
+
+TEST(Page, PagesBesideEachOtherShareOneScript) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    for (const char* folder : {"pages/one", "pages/two/"})
+        ASSERT_EQ(
+            photic(place, {"export", "pool.vdb", "--scene", "pool.toml", "--web", folder, "--shared-script"}).code, 0);
+    EXPECT_EQ(place.read("pages/photic.js"), webPageScript());
+    for (const std::string folder : {"pages/one/", "pages/two/"}) {
+        EXPECT_FALSE(place.has(folder + "photic.js"));
+        EXPECT_NE(place.read(folder + "index.html").find("<script src=\"../photic.js\">"), std::string::npos);
+    }
+    EXPECT_EQ(photic(place, {"export", "pool.vdb", "-o", "pool.nvdb", "--shared-script"}).code, 2);
 }
 
 TEST(Page, PlanesEndWhereTheyMeet) {
