@@ -48,6 +48,8 @@ struct FrontMarch {
     int node_w = 0;                       ///< layer of the spline's first node
     float air = 0.5f, least_lit = 1e-3f;  ///< n^2 / 2 around; a difference that counts as being in a medium
     int channels = 1;                     ///< of attenuation
+    /// n^2 / 2 where it is the same everywhere, and there are no slices but for `steps`; 0: it is not.
+    float even = 0;
     /// Rays whose angle to w passes 60 degrees are to go on along another axis: they stop.
     float least_cosine = 0.5f;
 };

@@ -124,7 +124,8 @@ V advance(const FrontMarch& march, std::size_t step, float target, Group& ray) {
     const float per_u = 1.0f / march.voxel[0], per_v = 1.0f / march.voxel[1], per_w = 1.0f / march.voxel[2];
     const V first = half / ray.pw;
     const V middle_u = ray.u + per_u * ray.pu * first, middle_v = ray.v + per_v * ray.pv * first;
-    const Force f = forceAt(*march.slices, step, middle_u, middle_v);
+    const Force f = march.even > 0.0f ? Force{splat<V>(march.even), zero, zero, zero}
+                                      : forceAt(*march.slices, step, middle_u, middle_v);
     const V fw = (sense * per_w) * f.w;
     const V kicked = most(ray.pw + 2.0f * first * fw, 0.05f * ray.pw);
     const V whole = first + half / kicked;

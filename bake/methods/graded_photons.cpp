@@ -33,29 +33,25 @@ double stepLength(const IndexSample& here, double voxel) {
 
 }  // namespace
 
-/// What one channel's light, or that of all channels, goes through.
-struct GradedPhotons::Pass {
-    std::shared_ptr<const SplineIndex> samples;
-    SplineGradedIndex index;
+/// One of the spaces that a channel's light goes through.
+struct GradedPhotons::Space {
+    std::shared_ptr<const SplineIndex> samples;  // null: the index is the same everywhere
+    std::optional<SplineGradedIndex> index;
     FrontSpace space;
-    FlatBlocks flat;
-    glm::dvec3 channels{1};  // that it is of
-    int channel = 0;
+    std::optional<FlatBlocks> flat;
 
-    Pass(const GradedSpace& medium, int number)
-        : samples(medium.index()),
-          index(*samples),
-          space(medium.space()),
-          flat(*samples, space.media),
-          channel(number) {
-        if (medium.passes() > 1) channels = glm::dvec3(0), channels[number] = 1;
+    Space(const GradedSpace& medium, int number) : samples(medium.index(number)), space(medium.spaceNumbered(number)) {
+        if (!samples) return;
+        index.emplace(*samples), flat.emplace(*samples, space.media);
     }
     glm::dvec3 nodeOf(const glm::dvec3& world) const {
         return (world - samples->nodes().first_world) / samples->nodes().spacing;
     }
+    double halfSquareAt(const glm::dvec3& world) const { return samples ? samples->at(world).half_square : space.even; }
     /// What attenuates at a place, by its number in the space; 0: nothing.
     std::size_t mediumAt(const glm::dvec3& world) const {
         if (space.media.empty()) return 0;
+        if (!samples) return space.media.front();
         const glm::ivec3 count = samples->nodes().count,
                          node = glm::clamp(glm::ivec3(glm::round(nodeOf(world))), glm::ivec3(0), count - 1);
         return space.media[(static_cast<std::size_t>(node.z) * static_cast<std::size_t>(count.y) +
@@ -65,24 +61,43 @@ struct GradedPhotons::Pass {
     }
 };
 
+/// What one channel's light, or that of all channels, goes through.
+struct GradedPhotons::Pass {
+    std::vector<Space> spaces;
+    glm::dvec3 channels{1};  // that it is of
+    int channel = 0;
+
+    Pass(const GradedSpace& medium, int number) : channel(number) {
+        for (int i = 0; i < medium.spaces(); ++i) spaces.emplace_back(medium, i);
+        if (medium.passes() > 1) channels = glm::dvec3(0), channels[number] = 1;
+    }
+};
+
 struct GradedPhotons::Photon {
     GradedRay ray;
     glm::dvec3 power{0};
     bool lit = false;      // it has been in a medium
     bool touched = false;  // a needed voxel
     double way = 0;        // [m]
+    MediumStack inside;
+    glm::dvec3 start{0};  // of this leg [m]
+    int surface = -1;     // that it starts on
+    int events = 0;
+    double least = 0;  // [W] below which no surface sends it on
 };
 
 /// The photons of one light.
 class GradedPhotons::Paths final : public PhotonPaths {
 public:
     Paths(const GradedPhotons& photons, const Light& light) : photons_(photons), light_(light) {
-        const bool all = photons.scene_.bake.paths == Paths_::All;
-        for (const auto& pass : photons.passes_)
-            launches_.push_back({photons.frame_, pass->space, photons.medium_.target(), 1, all,
-                                 [&photons, channel = pass->channel](const glm::dvec3& world) {
-                                     return photons.medium_.media().at(world, channel) >= 0;
-                                 }});
+        const std::size_t first = photons.medium_.partOf(photons.medium_.startInside());
+        spaces_.reserve(photons.passes_.size());
+        for (const auto& pass : photons.passes_) {
+            FrontLaunch launch = photons.medium_.launch(1, pass->channel, nullptr);
+            spaces_.push_back(pass->spaces[first].space);  // the pass's own samples
+            launches_.push_back({launch.frame, spaces_.back(), launch.target, launch.spacing, launch.lit,
+                                 launch.in_medium, nullptr, launch.inside, launch.across, launch.straight});
+        }
         constexpr int kTries = 256;
         const PhotonPoints points(PhotonSampling::Quasi, dimensions(), 1, 1);
         for (int i = 0; i < kTries; ++i) {
@@ -100,7 +115,7 @@ public:
         const LightSample sample = light_.sample(x[2], x[3]);
         for (std::size_t p = 0; p < launches_.size(); ++p) {
             Photon photon = start(p, sample, x);
-            photon.power *= share;
+            photon.power *= share, photon.least *= share;
             if (!(channelMean(photon.power) > 0)) continue;
             tally.power.emitted += channelMean(photon.power);
             if (standsBefore(photons_.caster_, sample, photon.ray.position)) {
@@ -112,8 +127,6 @@ public:
     }
 
 private:
-    using Paths_ = photic::Paths;
-
     /// Even over the part of the plane that a front would start from.
     Photon start(std::size_t pass, const LightSample& sample, const std::array<double, 4>& x) const {
         const FrontLaunch& launch = launches_[pass];
@@ -128,12 +141,15 @@ private:
         photon.ray = {photons_.frame_.worldFromIndex(ray.voxel), ray.momentum, 0};
         photon.power = plane.irradianceAt(uv) * area * photons_.passes_[pass]->channels;
         photon.lit = ray.lit;
+        photon.inside = launch.inside, photon.start = photon.ray.position;
+        photon.least = launch.space.limits.threshold * channelMean(photon.power);
         return photon;
     }
 
     const GradedPhotons& photons_;
     PhotonLight light_;
-    std::vector<FrontLaunch> launches_;  // per pass
+    std::vector<FrontSpace> spaces_;     // per pass
+    std::vector<FrontLaunch> launches_;  // likewise
     double estimated_power_ = 0;
 };
 
@@ -174,38 +190,58 @@ double GradedPhotons::distanceToSpace(const Photon& photon) const {
            kHairVoxels * std::min({voxel_.x, voxel_.y, voxel_.z});
 }
 
-/// How far a ray goes in its block, and a hair further [m]; not beyond the space.
-double GradedPhotons::straightThrough(const Pass& pass, const Photon& photon, const glm::ivec3& block) const {
-    const glm::dvec3 direction = glm::normalize(photon.ray.momentum), spacing = pass.samples->nodes().spacing,
-                     first = pass.samples->nodes().first_world;
+/// How far a ray goes in its block, or in all that has one index, and a hair further [m]; not beyond the space.
+double GradedPhotons::straightThrough(const Space& space, const Photon& photon, const glm::ivec3& block) const {
+    const glm::dvec3 direction = glm::normalize(photon.ray.momentum);
     double length = std::numeric_limits<double>::infinity();
     for (int a = 0; a < 3; ++a) {
         if (direction[a] == 0) continue;
-        const int side = direction[a] > 0 ? block[a] + 1 : block[a];
-        const bool rim = side == 0 || side == pass.flat.count()[a];
-        const double space = direction[a] > 0 ? high_world_[a] : low_world_[a];
-        const double end = rim ? space : first[a] + side * FlatBlocks::kCells * spacing[a];
-        length = std::min(
-            {length, (end - photon.ray.position[a]) / direction[a], (space - photon.ray.position[a]) / direction[a]});
+        const double side = direction[a] > 0 ? high_world_[a] : low_world_[a];
+        length = std::min(length, (side - photon.ray.position[a]) / direction[a]);
+        if (!space.samples) continue;
+        const int face = direction[a] > 0 ? block[a] + 1 : block[a];
+        if (face == 0 || face == space.flat->count()[a]) continue;  // the rim's blocks have no end
+        const SplineIndex::Nodes& nodes = space.samples->nodes();
+        const double end = nodes.first_world[a] + face * FlatBlocks::kCells * nodes.spacing[a];
+        length = std::min(length, (end - photon.ray.position[a]) / direction[a]);
     }
     return std::max(length, 0.0) + kHairVoxels * std::min({voxel_.x, voxel_.y, voxel_.z});
 }
 
-/// Lays a photon's light on the chord from where it is to a place, and moves it there.
-/// @return false where an object ends it
-bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackSink& field,
-                             PhotonTally& tally) const {
+/// What a photon meets on a chord; not the surface that it leaves.
+RayHit GradedPhotons::hitOn(const Photon& photon, const glm::dvec3& direction, double length, Meeting& meeting) const {
+    const glm::dvec3& from = photon.ray.position;
+    const OpticalScene* optics = medium_.optics();
+    if (!optics) return caster_.empty() ? RayHit{} : caster_.firstHit(from, direction, length);
+    RayHit hit = optics->firstHit(from, direction, length, meeting);
+    // Met again by rounding.
+    constexpr double kHair = 2e-3;  // voxels
+    const double hair = kHair * std::min({voxel_.x, voxel_.y, voxel_.z});
+    if (hit.target != Target{Target::Kind::Surface, photon.surface} ||
+        glm::distance(from + hit.distance * direction, photon.start) >= hair)
+        return hit;
+    const double passed = hit.distance + hair;
+    if (passed >= length) return {};
+    hit = optics->firstHit(from + passed * direction, direction, length - passed, meeting);
+    hit.distance += passed;
+    return hit;
+}
+
+/// Lays a photon's light on the chord from where it is to a place, and moves it there, or to what it meets.
+/// @return what it meets
+RayHit GradedPhotons::layPiece(const Space& space, const glm::dvec3& to, Photon& photon, Meeting& meeting,
+                               TrackSink& field, PhotonTally& tally) const {
     const glm::dvec3 from = photon.ray.position, chord = to - from;
     double length = glm::length(chord);
-    if (!(length > 0)) return true;
-    const std::size_t medium = pass.mediumAt(0.5 * (from + to));
+    if (!(length > 0)) return {};
     Track track;
     track.origin = from, track.direction = chord / length, track.power = photon.power;
-    track.end = length, track.continues = photon.touched;
-    for (int c = 0; c < 3 && medium > 0; ++c) track.extinction[c] = double(pass.space.table.extinction[medium][c]);
-    RayHit hit;
-    if (!caster_.empty()) hit = caster_.firstHit(from, track.direction, length);
+    track.continues = photon.touched;
+    const RayHit hit = hitOn(photon, track.direction, length, meeting);
+    track.end = length;
     if (hit) track.end = light_end_.distance(from, track.direction, hit), length = hit.distance;
+    const std::size_t medium = space.mediumAt(from + 0.5 * length * track.direction);
+    for (int c = 0; c < 3 && medium > 0; ++c) track.extinction[c] = double(space.space.table.extinction[medium][c]);
     if (photon.lit) {
         const DepositedTrack deposited = field.deposit(track);
         tally.path += deposited.path;
@@ -215,51 +251,106 @@ bool GradedPhotons::layPiece(const Pass& pass, const glm::dvec3& to, Photon& pho
         for (int c = 0; c < 3; ++c) {
             const double lost = -photon.power[c] * std::expm1(-track.extinction[c] * length);
             if (!(track.extinction[c] > 0)) continue;
-            const double absorbed = std::min(1.0, pass.space.absorption[medium][c] / track.extinction[c]);
+            const double absorbed = std::min(1.0, space.space.absorption[medium][c] / track.extinction[c]);
             tally.power.absorbed_medium += lost * absorbed / 3, tally.power.scattered += lost * (1 - absorbed) / 3;
             photon.power[c] -= lost;
         }
-    photon.way += length, photon.ray.position = to;
-    if (hit) tally.power.received += channelMean(photon.power);
-    return !hit;
+    photon.way += length, photon.ray.position = hit ? from + length * track.direction : to;
+    if (hit && hit.target.kind != Target::Kind::Surface) tally.power.received += channelMean(photon.power);
+    return hit;
 }
 
-void GradedPhotons::follow(const Pass& pass, Photon photon, TrackSink& field, PhotonTally& tally) const {
+void GradedPhotons::follow(const Pass& pass, const Photon& photon, TrackSink& field, PhotonTally& tally) const {
+    std::vector<Photon> waiting{photon};
+    while (!waiting.empty()) {
+        const Photon next = waiting.back();
+        waiting.pop_back();
+        followLeg(pass, next, waiting, field, tally);
+    }
+}
+
+/// To the next surface, or to the photon's end.
+void GradedPhotons::followLeg(const Pass& pass, Photon photon, std::vector<Photon>& waiting, TrackSink& field,
+                              PhotonTally& tally) const {
+    const Space& space = pass.spaces[medium_.partOf(photon.inside)];
     const double voxel = std::min({voxel_.x, voxel_.y, voxel_.z});
+    Meeting meeting;
     // Slanting light crosses the launch plane beside the space.
     if (!inside(photon.ray.position)) {
         const double way = distanceToSpace(photon);
-        if (std::isfinite(way) &&
-            !layPiece(pass, photon.ray.position + way * glm::normalize(photon.ray.momentum), photon, field, tally))
-            return;
+        if (std::isfinite(way)) {
+            const glm::dvec3 direction = glm::normalize(photon.ray.momentum);
+            const RayHit hit = layPiece(space, photon.ray.position + way * direction, photon, meeting, field, tally);
+            if (hit) return meet(pass, photon, direction, hit, meeting, waiting, tally);
+        }
     }
     std::optional<IndexSample> here;
     while (inside(photon.ray.position)) {
         GradedRay next = photon.ray;
-        const glm::ivec3 block = pass.flat.blockOf(pass.nodeOf(photon.ray.position));
-        if (pass.flat.flat(block)) {
-            next.position += straightThrough(pass, photon, block) * glm::normalize(next.momentum);
+        const glm::ivec3 block = space.samples ? space.flat->blockOf(space.nodeOf(photon.ray.position)) : glm::ivec3(0);
+        if (!space.samples || space.flat->flat(block)) {
+            next.position += straightThrough(space, photon, block) * glm::normalize(next.momentum);
             here.reset();
         } else {
-            if (!here) here = pass.index.at(photon.ray.position);
+            if (!here) here = space.index->at(photon.ray.position);
             // Rings of a spline through samples may leave no index at all beside a jump.
             if (photon.way > longest_ || !(here->half_square > 0)) {
                 tally.power.dropped += channelMean(photon.power);
                 return;
             }
             const double length = stepLength(*here, voxel) * voxel / std::sqrt(2 * here->half_square);
-            here = stepYoshida(pass.index, length, next);
+            here = stepYoshida(*space.index, length, next);
         }
         // A piece counts by its middle, as a layer of a front does.
         if (!photon.lit) {
-            const double middle = pass.index.at(0.5 * (photon.ray.position + next.position)).half_square;
-            photon.lit = std::fabs(middle - 0.5) > double(pass.space.least_lit);
+            const double middle = space.halfSquareAt(0.5 * (photon.ray.position + next.position));
+            photon.lit = std::fabs(middle - 0.5) > double(space.space.least_lit);
         }
-        const glm::dvec3 momentum = next.momentum;
-        if (!layPiece(pass, next.position, photon, field, tally)) return;
-        photon.ray.momentum = momentum;
+        const glm::dvec3 before = photon.ray.momentum, from = photon.ray.position;
+        const RayHit hit = layPiece(space, next.position, photon, meeting, field, tally);
+        if (hit) {
+            const double share = hit.distance / glm::distance(from, next.position);
+            return meet(pass, photon, glm::normalize(glm::mix(before, next.momentum, share)), hit, meeting, waiting,
+                        tally);
+        }
+        photon.ray.momentum = next.momentum;
     }
     (photon.touched ? tally.power.escaped : tally.power.culled) += channelMean(photon.power);
+}
+
+/// At a surface: each branch is a photon of its own.
+void GradedPhotons::meet(const Pass& pass, const Photon& photon, const glm::dvec3& direction, const RayHit& hit,
+                         const Meeting& meeting, std::vector<Photon>& waiting, PhotonTally& tally) const {
+    if (hit.target.kind != Target::Kind::Surface) return;
+    const FrontLimits& limits = pass.spaces.front().space.limits;
+    const double power = channelMean(photon.power);
+    if (photon.events >= limits.events || power < photon.least) {
+        tally.power.dropped += power;
+        return;
+    }
+    const auto halfSquare = [&](const MediumStack& stack) {
+        return pass.spaces[medium_.partOf(stack)].halfSquareAt(meeting.position);
+    };
+    const OpticalScene::Event event =
+        medium_.optics()->eventBetween(hit.target.index, photon.inside, direction, meeting, [&](int medium) {
+            return std::sqrt(std::max(2 * pass.spaces[medium_.partOf(medium)].halfSquareAt(meeting.position), 1e-6));
+        });
+    Photon next = photon;
+    next.ray.position = next.start = meeting.position, next.surface = hit.target.index, next.lit = true;
+    const auto send = [&](const glm::dvec3& to, const glm::dvec3& fraction, const MediumStack& inside) {
+        next.power = fraction * photon.power, next.inside = inside;
+        next.ray.momentum = std::sqrt(2 * std::max(halfSquare(inside), 1e-12)) * to;
+        if (channelMean(next.power) > 0) waiting.push_back(next);
+    };
+    if (event.void_surface) return send(direction, glm::dvec3(1), event.beyond);
+    ++next.events;
+    tally.power.reflected += event.light.untraced * power;
+    tally.power.dropped += event.light.dropped * power;
+    tally.power.absorbed_surface += channelMean(event.light.absorbed * photon.power);
+    for (int b = 0; b < event.light.count; ++b) {
+        const SpecularBranch& branch = event.light.branches[static_cast<std::size_t>(b)];
+        send(branch.direction, branch.fraction, branch.crosses ? event.beyond : photon.inside);
+    }
 }
 
 }  // namespace photic

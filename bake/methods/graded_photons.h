@@ -18,7 +18,7 @@ namespace photic {
 /// the index bends it much, and straight through blocks of one index. Its light is laid along the chords of its steps,
 /// exactly in power.
 ///
-/// Objects that stand in the scene stop photons on any leg.
+/// Objects that stand in the scene stop photons on any leg; at sharp surfaces each goes on along all its branches.
 class GradedPhotons {
 public:
     /// Samples the index for all channels. @throws Error{Input}, Error{Cancelled} as GradedSpace
@@ -31,13 +31,20 @@ public:
     std::int64_t bytes() const { return bytes_; }
 
 private:
+    struct Space;
     struct Pass;
     struct Photon;
     class Paths;
 
-    void follow(const Pass& pass, Photon photon, TrackSink& field, PhotonTally& tally) const;
-    bool layPiece(const Pass& pass, const glm::dvec3& to, Photon& photon, TrackSink& field, PhotonTally& tally) const;
-    double straightThrough(const Pass& pass, const Photon& photon, const glm::ivec3& block) const;
+    void follow(const Pass& pass, const Photon& photon, TrackSink& field, PhotonTally& tally) const;
+    void followLeg(const Pass& pass, Photon photon, std::vector<Photon>& waiting, TrackSink& field,
+                   PhotonTally& tally) const;
+    RayHit hitOn(const Photon& photon, const glm::dvec3& direction, double length, Meeting& meeting) const;
+    RayHit layPiece(const Space& space, const glm::dvec3& to, Photon& photon, Meeting& meeting, TrackSink& field,
+                    PhotonTally& tally) const;
+    void meet(const Pass& pass, const Photon& photon, const glm::dvec3& direction, const RayHit& hit,
+              const Meeting& meeting, std::vector<Photon>& waiting, PhotonTally& tally) const;
+    double straightThrough(const Space& space, const Photon& photon, const glm::ivec3& block) const;
     double distanceToSpace(const Photon& photon) const;
     bool inside(const glm::dvec3& world) const;
 

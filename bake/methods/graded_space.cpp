@@ -12,6 +12,7 @@
 #include <map>
 
 #include "bake/graded/voxel_mean.h"
+#include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
@@ -70,6 +71,13 @@ std::vector<std::uint8_t> paletteOf(const std::vector<Attenuation>& nodes, Front
 
 }  // namespace
 
+GradedMedia::GradedMedia(const Scene& scene)
+    : GradedMedia([&] {
+          std::vector<GradedObject> in_air = scene.index->objects();
+          std::erase_if(in_air, [](const GradedObject& object) { return object.enclosed; });
+          return in_air;
+      }()) {}
+
 bool GradedMedia::disperses() const {
     return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.index.size() > 1; });
 }
@@ -102,21 +110,6 @@ double GradedMedia::halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3
     return meanAcrossRims(
         middle, axes, [&](const glm::dvec3& world) { return at(world, channel); },
         [&](const glm::dvec3& world) { return halfSquare(world, channel); });
-}
-
-double GradedMedia::contrast(const GridFrame& frame) const {
-    double least = 1e300, most = 0;
-    const auto look = [&](const glm::dvec3& world) {
-        const double square = 2 * halfSquare(world, 0);
-        least = std::min(least, square), most = std::max(most, square);
-    };
-    for (int i = 0; i < 27; ++i) {
-        const glm::dvec3 share = glm::dvec3(i % 3, i / 3 % 3, i / 9) * 0.5;
-        look(frame.worldFromIndex(glm::mix(glm::dvec3(frame.min), glm::dvec3(frame.max), share)));
-    }
-    for (const GradedObject& object : objects)
-        if (const auto bounds = object.index.front()->bounds()) look(0.5 * (bounds->min + bounds->max));
-    return most - least;
 }
 
 double distanceInto(const WorldBox& box, const glm::dvec3& from, const glm::dvec3& direction) {
@@ -157,88 +150,264 @@ FrontSpace frontSpace(const FrontBox& target, const GridFrame& frame) {
 
 std::string gradedSpaceRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
-    if (!scene.surfaces.empty())
-        return fmt::format(
-            "the surface '{}' lies beside media whose index varies, which is not built yet; remove it, or give the "
-            "medium as an index",
-            scene.surfaces.front().name);
     if (scene.domain.shear_mode != ShearMode::None)
         return "a sheared grid is not built yet for media whose index varies; remove [domain] shear";
     return {};
 }
 
 GradedSpace::GradedSpace(const Scene& scene, const GridFrame& frame, const Sampling& sampling)
-    : frame_(frame),
-      media_(scene),
-      target_(mediaBox(media_, frame)),
-      fit_(sampling.fit),
-      all_light_(scene.bake.paths == Paths::All) {
-    if (media_.objects.size() > 255)
-        throw Error(ErrorCode::Input,
-                    fmt::format("{} media have an index that varies; up to 255 are baked", media_.objects.size()));
-    if (all_light_) target_.add(glm::dvec3(frame.min) - 0.5), target_.add(glm::dvec3(frame.max) + 0.5);
-    space_ = frontSpace(target_, frame);
-    space_.steps = sampling.steps;
-    if (media_.fillTheWorld()) widen(scene, sampling.disc_samples);
+    : frame_(frame), fit_(sampling.fit), all_light_(scene.bake.paths == Paths::All) {
+    if (scene.index->objects().size() > 255)
+        throw Error(ErrorCode::Input, fmt::format("{} media have an index that varies; up to 255 are baked",
+                                                  scene.index->objects().size()));
+    findParts(scene);
+    target_ = mediaBox(media(), frame);
+    if (!scene.surfaces.empty()) addSurfaces(scene);
+    const bool fills = media().fillTheWorld() || partOf(start_) != 0;
+    if (all_light_ || fills) target_.add(glm::dvec3(frame.min) - 0.5), target_.add(glm::dvec3(frame.max) + 0.5);
+    box_ = frontSpace(target_, frame);
+    if (fills) widen(scene, sampling.disc_samples);
+    for (Part& part : parts_) {
+        FrontSpace& space = part.space;
+        space.low = box_.low, space.high = box_.high, space.steps = sampling.steps;
+        if (optics_) space.beyond = this;
+        space.limits.events = scene.bake.bounces.value_or(kDefaultBounces);
+        space.limits.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
+    }
+}
+
+/// What may be on the sides of surfaces: the objects in air, each medium whose index varies and that a surface names,
+/// and each other medium.
+void GradedSpace::findParts(const Scene& scene) {
+    parts_.emplace_back(Part{GradedMedia(scene), {}});
+    disperses_ = media().disperses();
+    if (media().objects.empty()) parts_.front().even = {1, 1, 1, 1};
+    if (scene.surfaces.empty()) return;
+    const glm::dvec3 nm = RefractiveIndex::kChannels_nm;
+    optics_ =
+        std::make_unique<OpticalScene>(scene, frame_, std::vector<double>{nm.x, nm.y, nm.z}, 0.0, LoneWater::IsMet);
+    for (int m = 0; m < optics_->mediumCount(); ++m) {
+        const OpticalMedium& medium = optics_->medium(m);
+        const std::string& name = optics_->given(m).name;
+        const auto& objects = scene.index->objects();
+        const auto object = std::find_if(objects.begin(), objects.end(), [&](const GradedObject& o) {
+            return o.enclosed && !name.empty() && o.name == name;
+        });
+        if (object == objects.end() && medium.iors.front() == 1 && !medium.disperses && medium.clear()) {
+            part_of_medium_.push_back(0);  // air, with the objects in it
+            continue;
+        }
+        part_of_medium_.push_back(parts_.size());
+        Part part{GradedMedia(std::vector<GradedObject>{}), {}};
+        if (object != objects.end()) {
+            part.media = GradedMedia(std::vector<GradedObject>{*object}), part.enclosed = true;
+            disperses_ = disperses_ || part.media.disperses();
+        } else {
+            part.even = medium.iors;
+            disperses_ = disperses_ || medium.disperses;
+            FrontSpace& space = part.space;
+            if (!medium.clear()) {
+                space.media = {1};
+                space.absorption = {glm::dvec3(0), medium.absorption};
+                for (int k = 0; k < 3; ++k) {
+                    const double extinction = medium.extinction()[k];
+                    space.table.extinction[1][k] = static_cast<float>(extinction);
+                    space.absorbed_share[k] = extinction > 0 ? medium.absorption[k] / extinction : 1;
+                }
+            }
+        }
+        parts_.push_back(std::move(part));
+    }
+    // Water is lit from above, and bodies stand in what lies around the first of them.
+    const auto water = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
+                                    [](const Surface& surface) { return surface.height_field != nullptr; });
+    over_water_ = water != scene.surfaces.end();
+    const auto from = over_water_ ? water - scene.surfaces.begin() : std::ptrdiff_t{0};
+    start_.base = static_cast<std::int16_t>(optics_->sides(static_cast<int>(from)).outside);
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+        if (!parts_[p].enclosed) continue;
+        // Where bodies alone hold it, it need not be known elsewhere.
+        WorldBox box{glm::dvec3(1e300), glm::dvec3(-1e300)};
+        bool bodies = partOf(start_) != p;
+        for (std::size_t s = 0; s < scene.surfaces.size(); ++s) {
+            const MediumSides& sides = optics_->sides(static_cast<int>(s));
+            const bool outside = part_of_medium_[static_cast<std::size_t>(sides.outside)] == p,
+                       inside = part_of_medium_[static_cast<std::size_t>(sides.inside)] == p;
+            if (!outside && !inside) continue;
+            bodies = bodies && !outside && sides.nested;
+            if (scene.surfaces[s].mesh)
+                for (const glm::dvec3& v : scene.surfaces[s].mesh->positions)
+                    box.min = glm::min(box.min, v), box.max = glm::max(box.max, v);
+        }
+        if (bodies) parts_[p].within = box;
+    }
+}
+
+/// Light has to cover all that could send it into the grid.
+void GradedSpace::addSurfaces(const Scene& scene) {
+    for (const Surface& surface : scene.surfaces) {
+        if (surface.mesh) {
+            for (const glm::dvec3& v : surface.mesh->positions) target_.add(frame_.indexFromWorld(v));
+            // A ball is a little wider than the mesh that stands for it.
+            if (surface.sphere)
+                for (int a = 0; a < 3; ++a) {
+                    glm::dvec3 reach(0);
+                    reach[a] = surface.sphere->radius;
+                    target_.add(frame_.indexFromWorld(surface.sphere->center + reach));
+                    target_.add(frame_.indexFromWorld(surface.sphere->center - reach));
+                }
+            continue;
+        }
+        for (const Light& light : scene.lights) {
+            const LaunchDomain domain = launchDomain(scene, surface, light, frame_);
+            if (domain.empty()) continue;
+            target_.add(frame_.indexFromWorld({domain.min, surface.height_field->minZ()}));
+            target_.add(frame_.indexFromWorld({domain.max, surface.height_field->maxZ()}));
+        }
+    }
+    // A hair more: no surface lies on the plane that light starts from.
+    constexpr double kHair = 1e-3;
+    if (target_.min.x <= target_.max.x) target_.min -= kHair, target_.max += kHair;
+    // Where no light comes into the grid at all.
+    if (!(target_.min.x <= target_.max.x))
+        target_.add(glm::dvec3(frame_.min) - 0.5), target_.add(glm::dvec3(frame_.max) + 0.5);
+}
+
+std::size_t GradedSpace::partOf(const MediumStack& inside) const {
+    return optics_ ? part_of_medium_[static_cast<std::size_t>(optics_->mediumOf(inside))] : 0;
+}
+
+OpticalScene::Event GradedSpace::eventOn(int surface, const MediumStack& inside, const glm::dvec3& direction,
+                                         const Meeting& at) const {
+    return optics_->eventBetween(surface, inside, direction, at, [&](int medium) {
+        const FrontSpace& space = parts_[part_of_medium_[static_cast<std::size_t>(medium)]].space;
+        // Rings of a spline through samples may leave no index at all beside a jump.
+        constexpr double kLeast = 1e-6;
+        return std::sqrt(std::max(2 * space.halfSquareAt(at.position), kLeast));
+    });
+}
+
+bool GradedSpace::startsGraded(const glm::dvec3& world, int channel) const {
+    const std::size_t part = partOf(start_);
+    return part == 0 ? media().at(world, channel) >= 0 : parts_[part].enclosed;
+}
+
+FrontLaunch GradedSpace::launch(double spacing, int channel, const RayCaster* caster) const {
+    const FrontSpace& space = spaceOf(start_);
+    FrontLaunch launch{frame_,     space,
+                       target_,    spacing,
+                       all_light_, [this, channel](const glm::dvec3& world) { return startsGraded(world, channel); },
+                       caster};
+    launch.inside = start_;
+    if (over_water_) launch.across = 2;
+    launch.straight = partOf(start_) == 0 && media().objects.empty();
+    return launch;
+}
+
+void GradedSpace::standIn(const FrontObstacles& obstacles) {
+    for (Part& part : parts_) part.space.obstacles = &obstacles;
 }
 
 /// Slanting light comes into a grid by its sides too, from a medium that goes on there: the space holds where it comes
 /// from. Not where the light is so level that this would be more than eight times as much.
 void GradedSpace::widen(const Scene& scene, int disc_samples) {
-    known_ = space_;
+    known_ = box_;
     FrontBox entries;
-    entries.add(glm::dvec3(space_.low)), entries.add(glm::dvec3(space_.high));
+    entries.add(glm::dvec3(box_.low)), entries.add(glm::dvec3(box_.high));
+    FrontLaunch launch{frame_, box_, target_};
+    if (over_water_) launch.across = 2;
     for (const Light& light : scene.lights)
         for (const LightSample& sample : lightSamples(light, disc_samples)) {
-            const FrontBox entry = entryOf({frame_, space_, target_}, sample);
+            const FrontBox entry = entryOf(launch, sample);
             entries.add(entry.min), entries.add(entry.max);
         }
     const glm::dvec3 low = glm::floor(entries.min), high = glm::ceil(entries.max), size = high - low + 1.0,
-                     before(space_.high - space_.low + 1);
+                     before(box_.high - box_.low + 1);
     if (!(size.x * size.y * size.z <= 8 * before.x * before.y * before.z)) return;
     for (int a = 0; a < 3; ++a) {
         // Light enters on the side that it comes from, which stays where it is.
-        if (entries.min[a] < space_.low[a] - 0.5) space_.low[a] = static_cast<int>(low[a]);
-        if (entries.max[a] > space_.high[a] + 0.5) space_.high[a] = static_cast<int>(high[a]);
+        if (entries.min[a] < box_.low[a] - 0.5) box_.low[a] = static_cast<int>(low[a]);
+        if (entries.max[a] > box_.high[a] + 0.5) box_.high[a] = static_cast<int>(high[a]);
     }
 }
 
-/// n^2 / 2 of a voxel: beyond the grid, where a formula may end, that of the nearest one in it.
-double GradedSpace::halfSquareAt(const glm::dvec3& world, const glm::dvec3& voxel, int channel) const {
-    const double value = media_.halfSquareOfVoxel(world, voxel, channel);
-    if (value > 0 || !media_.fillTheWorld()) return value;
+/// n^2 / 2 of a voxel: beyond the grid, where a formula may end, that of the nearest one in it. What surfaces enclose
+/// goes on beyond them, and beyond what is known of it as it is at its rim.
+double GradedSpace::halfSquareAt(const Part& part, const glm::dvec3& world, const glm::dvec3& voxel,
+                                 int channel) const {
+    glm::dvec3 place = world;
+    if (part.enclosed) {
+        const GradedIndex& index = part.media.indexOf(part.media.objects.front(), channel);
+        if (const auto bounds = index.bounds()) {
+            const glm::dvec3 rim = glm::min(1e-6 * (bounds->max - bounds->min), voxel);
+            place = glm::clamp(place, bounds->min + rim, bounds->max - rim);
+        }
+        const double value = index.halfSquareAt(place);
+        if (value > 0) return value;
+    } else {
+        const double value = part.media.halfSquareOfVoxel(place, voxel, channel);
+        if (value > 0 || !part.media.fillTheWorld()) return value;
+    }
+    const FrontSpace& known = known_.high != known_.low ? known_ : box_;  // known_: where it was widened
     const glm::dvec3 inside =
-        glm::clamp(frame_.indexFromWorld(world), glm::dvec3(known_.low - kMargin), glm::dvec3(known_.high + kMargin));
-    return media_.halfSquareOfVoxel(frame_.worldFromIndex(inside), voxel, channel);
+        glm::clamp(frame_.indexFromWorld(place), glm::dvec3(known.low - kMargin), glm::dvec3(known.high + kMargin));
+    return part.media.halfSquareOfVoxel(frame_.worldFromIndex(inside), voxel, channel);
 }
 
 void GradedSpace::sample(int channel, Monitor& monitor) {
-    space_.first_node = space_.low - kMargin;
+    std::int64_t bytes = 0;
+    for (Part& part : parts_) part.space.index = nullptr, part.index.reset();
+    for (Part& part : parts_) {
+        if (part.media.objects.empty()) {
+            const double n = part.even[disperses_ ? static_cast<std::size_t>(channel) + 1 : 0];
+            part.space.even = 0.5 * n * n;
+            // Light counts there from the surface on that it comes by.
+            part.space.least_lit = all_light_ ? -1.0f : std::numeric_limits<float>::infinity();
+            continue;
+        }
+        sample(part, channel, monitor);
+        bytes += part.index->bytes() + static_cast<std::int64_t>(part.space.media.size());
+    }
+    bytes_ = std::max(bytes_, bytes);
+}
+
+void GradedSpace::sample(Part& part, int channel, Monitor& monitor) {
+    FrontSpace& space = part.space;
+    glm::ivec3 low = space.low - kMargin, high = space.high + kMargin;
+    if (part.within) {
+        const glm::dvec3 a = frame_.indexFromWorld(part.within->min), b = frame_.indexFromWorld(part.within->max);
+        low = glm::max(low, glm::ivec3(glm::floor(a)) - kMargin),
+        high = glm::min(high, glm::ivec3(glm::ceil(b)) + kMargin);
+        high = glm::max(high, low + kMargin);
+    }
+    space.first_node = low;
     SplineIndex::Nodes nodes;
-    nodes.count = space_.high - space_.low + 1 + 2 * kMargin;
-    nodes.first_world = frame_.worldFromIndex(glm::dvec3(space_.first_node));
+    nodes.count = high - low + 1;
+    nodes.first_world = frame_.worldFromIndex(glm::dvec3(space.first_node));
     for (int a = 0; a < 3; ++a) nodes.spacing[a] = frame_.worldFromIndex()[a][a];
-    space_.index = nullptr, index_.reset();
-    index_ = std::make_shared<const SplineIndex>(
+    part.index = std::make_shared<const SplineIndex>(
         nodes,
         [&](const glm::dvec3& p) {
             monitor.checkCancelled();
-            return halfSquareAt(p, nodes.spacing, channel);
+            return halfSquareAt(part, p, nodes.spacing, channel);
         },
         fit_);
-    space_.index = index_.get();
-    layMedia(channel);
-    jump_ = std::max(jump_, index_->steepest() * (index_->largest() - index_->least()));
-    bytes_ = std::max(bytes_, index_->bytes() + static_cast<std::int64_t>(space_.media.size()));
-    const double contrast = std::max(index_->largest() - 0.5, 0.5 - index_->least());
-    space_.least_lit =
-        all_light_ ? -1.0f : static_cast<float>((index_->fit() == SplineFit::Plain ? 0.25 : 0.01) * contrast);
+    space.index = part.index.get();
+    layMedia(part, channel);
+    const SplineIndex& index = *part.index;
+    jump_ = std::max(jump_, index.steepest() * (index.largest() - index.least()));
+    const double contrast = std::max(index.largest() - 0.5, 0.5 - index.least());
+    space.least_lit = all_light_      ? -1.0f
+                      : part.enclosed ? std::numeric_limits<float>::infinity()
+                                      : static_cast<float>((index.fit() == SplineFit::Plain ? 0.25 : 0.01) * contrast);
 }
 
-void GradedSpace::layMedia(int channel) {
-    space_.media.clear();
-    if (!media_.attenuate()) return;
-    const glm::ivec3 count = index_->nodes().count;
+void GradedSpace::layMedia(Part& part, int channel) const {
+    FrontSpace& space = part.space;
+    const GradedMedia& media = part.media;
+    space.media.clear();
+    if (!media.attenuate()) return;
+    const glm::ivec3 count = part.index->nodes().count;
     std::vector<Attenuation> of_node(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
                                      static_cast<std::size_t>(count.z));
     parallelFor(count.z, [&](std::int64_t z) {
@@ -246,27 +415,36 @@ void GradedSpace::layMedia(int channel) {
             static_cast<std::size_t>(z) * static_cast<std::size_t>(count.y) * static_cast<std::size_t>(count.x);
         for (int y = 0; y < count.y; ++y)
             for (int x = 0; x < count.x; ++x, ++node) {
-                const glm::ivec3 voxel = space_.first_node + glm::ivec3(x, y, static_cast<int>(z));
+                const glm::ivec3 voxel = space.first_node + glm::ivec3(x, y, static_cast<int>(z));
                 const glm::dvec3 world = frame_.worldFromIndex(glm::dvec3(voxel));
-                const int place = media_.at(world, channel);
+                const int place = part.enclosed ? 0 : media.at(world, channel);
                 if (place < 0) continue;
-                const GradedObject& object = media_.objects[static_cast<std::size_t>(place)];
+                const GradedObject& object = media.objects[static_cast<std::size_t>(place)];
                 of_node[node].absorption =
                     glm::vec3(object.absorption_volume ? object.absorption_volume->at(world) : object.absorption);
                 of_node[node].scattering = glm::vec3(object.scattering);
             }
     });
-    space_.media = paletteOf(of_node, space_.table, space_.absorption);
+    space.media = paletteOf(of_node, space.table, space.absorption);
     glm::dvec3 absorbed(0), attenuated(0);
-    for (std::size_t i = 1; i < space_.absorption.size(); ++i) {
-        const float* extinction = space_.table.extinction[i];
-        absorbed += space_.absorption[i], attenuated += glm::dvec3(extinction[0], extinction[1], extinction[2]);
+    for (std::size_t i = 1; i < space.absorption.size(); ++i) {
+        const float* extinction = space.table.extinction[i];
+        absorbed += space.absorption[i], attenuated += glm::dvec3(extinction[0], extinction[1], extinction[2]);
     }
-    for (int k = 0; k < 3; ++k) space_.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
+    for (int k = 0; k < 3; ++k) space.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
+}
+
+bool GradedSpace::attenuate() const {
+    return std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.media.attenuate(); });
+}
+
+bool GradedSpace::plain() const {
+    return std::any_of(parts_.begin(), parts_.end(),
+                       [](const Part& part) { return part.index && part.index->fit() == SplineFit::Plain; });
 }
 
 std::string GradedSpace::faces() const {
-    if (!index_ || index_->fit() != SplineFit::Plain) return {};
+    if (!plain()) return {};
     return "reflection at faces: the index jumps from a voxel to the next, and is blurred by 0.58 voxels there";
 }
 

@@ -266,14 +266,13 @@ MethodCost photonCost(const CostQuestion& question) {
     if (isGraded(question.scene)) {
         // Seconds of a voxel's index, and of a voxel that a photon is bent in.
         constexpr double kSecondsANode = 3e-7, kSecondsAVoxelOfWay = 5e-7;
-        const GradedMedia media(question.scene);
-        const FrontSpace space = frontSpace(mediaBox(media, question.frame), question.frame);
-        const glm::dvec3 size(space.high - space.low + 1);
-        const double nodes = size.x * size.y * size.z, passes = media.disperses() ? 3 : 1;
+        const GradedSpace medium(question.scene, question.frame, {});
+        const glm::dvec3 size(medium.space().high - medium.space().low + 1);
+        const double nodes = size.x * size.y * size.z, passes = medium.passes();
         cost.stages = {{"index", passes * nodes * kSecondsANode},
                        {"trace", static_cast<double>(options.count) * passes * std::cbrt(nodes) * kSecondsAVoxelOfWay},
                        {"field", question.needed_voxels * kSecondsAVoxel}};
-        cost.bytes += passes * nodes * (media.attenuate() ? 5 : 4);
+        cost.bytes += passes * nodes * (medium.attenuate() ? 5 : 4);
     }
     if (options.count > PhotonOptions{}.count)
         cost.dearest =

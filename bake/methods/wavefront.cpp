@@ -79,7 +79,8 @@ public:
           frame_(frame),
           medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps}),
           monitor_(monitor) {
-        obstacles_.emplace(scene, frame, medium_.space().low, medium_.space().high);
+        obstacles_.emplace(scene, frame, medium_.space().low, medium_.space().high, medium_.optics());
+        medium_.followTurns(options.turns);
         if (!obstacles_->empty()) medium_.standIn(*obstacles_);
         voxelise_.quadrature = scene.bake.quadrature;
         voxelise_.noise_floor = 1e-6 * scene.referenceIrradiance();
@@ -189,24 +190,25 @@ private:
     }
 
     /// Halves what would be given up, up to three times and to three times as many tubes: at the rim of a lens, where
-    /// one ray of a tube goes straight on and another turns, only the narrowest tubes are lost then.
+    /// one ray of a tube goes straight on and another turns, only the narrowest tubes are lost then. At surfaces what
+    /// goes apart is halved too, to sixteen times as many: those tubes go straight, and are quick.
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
         constexpr int kHalvings = 3;
         SweepTotals nobodys;
         nobodys.work = totals_.work;
-        FrontSweep probe(medium_.space(), field, voxelise_, nobodys, monitor);
-        const SplineIndex& index = *medium_.space().index;
+        FrontSweep probe(launch.space, field, voxelise_, nobodys, monitor);
+        const SplineIndex* index = launch.space.index;
         if (obstacles_->empty() &&
-            (2 * (index.largest() - index.least()) < kGentleContrast || !probe.someTurn(front))) {
+            (2 * (index->largest() - index->least()) < kGentleContrast || !probe.someTurn(front))) {
             totals_.trace_seconds += nobodys.trace_seconds;
             return front;
         }
-        const std::size_t most = 3 * front.tubes.size();
+        const std::size_t most = (launch.space.beyond ? 16 : 3) * front.tubes.size();
         Front whole;
-        whole.axis = front.axis, whole.sense = front.sense;
+        whole.axis = front.axis, whole.sense = front.sense, whole.inside = front.inside;
         for (int halving = 0; halving < kHalvings; ++halving) {
-            const std::vector<std::uint32_t> lost = probe.findLost(front, options_.turns);
+            const std::vector<std::uint32_t> lost = probe.findLost(front);
             if (lost.empty() || whole.tubes.size() + front.tubes.size() + 3 * lost.size() > most) break;
             Front parts = splitTubes(launch, sample, front, lost);
             for (auto tube = lost.rbegin(); tube != lost.rend(); ++tube) front.tubes[*tube].ray[0] = kGone;
@@ -238,13 +240,8 @@ private:
     void addSample(const Light& light, const LightSample& sample, int channel, const Part& part, LightField& field) {
         glm::dvec3 channels(1);
         if (medium_.passes() > 1) channels = glm::dvec3(0), channels[channel] = 1;
-        const FrontLaunch launch{frame_,
-                                 medium_.space(),
-                                 medium_.target(),
-                                 options_.spacing,
-                                 scene_.bake.paths == Paths::All,
-                                 [&](const glm::dvec3& world) { return medium_.media().at(world, channel) >= 0; },
-                                 obstacles_->empty() ? nullptr : &obstacles_->caster()};
+        const FrontLaunch launch =
+            medium_.launch(options_.spacing, channel, obstacles_->caster().empty() ? nullptr : &obstacles_->caster());
         FrontProgress progress(monitor_);
         progress.nextFront(part.from, 0);
         if (options_.preset == WavefrontPreset::Paper) {
@@ -256,27 +253,17 @@ private:
         }
         std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
         for (Front::Tube& tube : fronts.front().tubes) {
-            tube.power *= channels;
+            tube.power *= channels, tube.least *= channelMean(channels);
             totals_.power.emitted += channelMean(tube.power);
         }
         takeShadowed(fronts.front());
         FrontSinks sinks;
         if (strongest_) sinks.strongest = &*strongest_;
         if (first_ && channel == (medium_.passes() > 1 ? 1 : 0)) sinks.first = &*first_;
-        FrontSweep sweep(medium_.space(), field, voxelise_, totals_, progress, sinks);
-        Part of_turn{part.from, 0.7 * part.share};  // the fronts that turned away are fewer and fewer
-        for (int turn = 0; turn <= options_.turns && !fronts.empty(); ++turn) {
-            std::vector<Front> next;
-            const double share = of_turn.share / static_cast<double>(fronts.size());
-            for (std::size_t i = 0; i < fronts.size(); ++i) {
-                progress.nextFront(of_turn.from + share * static_cast<double>(i), share);
-                for (Front& on : sweep.run(fronts[i])) next.push_back(std::move(on));
-            }
-            fronts = std::move(next);
-            of_turn.from += of_turn.share, of_turn.share = 0.5 * (part.from + part.share - of_turn.from);
-        }
-        for (const Front& front : fronts)
-            for (const Front::Tube& tube : front.tubes) totals_.power.dropped += channelMean(tube.power);
+        FrontSweep sweep(launch.space, field, voxelise_, totals_, progress, sinks);
+        sweep.runAll(std::move(fronts), [&](double from, double share) {
+            progress.nextFront(part.from + part.share * from, part.share * share);
+        });
     }
 
     const Scene& scene_;
@@ -351,7 +338,7 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     const double fronts =
         work.ray_steps * kSecondsARayStep + work.nodes * kSecondsAPlaneNode +
         needed * (work.deposit.tubes * a_tube + work.deposit.cells * kSecondsAnEdgeCell * (channels / 4.0));
-    const auto& objects = medium.media().objects;
+    const auto& objects = scene.index->objects();
     const bool sampled = std::any_of(objects.begin(), objects.end(),
                                      [](const GradedObject& object) { return object.index.front()->samples(); });
     const double lights = static_cast<double>(scene.lights.size());
@@ -359,7 +346,7 @@ MethodCost wavefrontCost(const CostQuestion& question) {
     cost.stages = {
         {"index", medium.passes() * nodes * (sampled ? kSecondsASampledNode : kSecondsANode)},
         {"fronts", directions / lights * fronts + directions * question.needed_voxels * channels * kSecondsAValue}};
-    cost.bytes = nodes * (medium.media().attenuate() ? 5 : 4);
+    cost.bytes = nodes * (medium.attenuate() ? 5 : 4);
     if (directions > 4 * lights)
         cost.dearest = fmt::format(
             "most of the time goes into {:.0f} directions of light: fewer disc_samples are quicker in proportion",
@@ -375,6 +362,8 @@ void refusePreset(const Scene& scene, const WavefrontOptions& options) {
     for (const Object& object : scene.objects)
         if (object.blocks())
             refuse(fmt::format("knows nothing that stands in the light; give '{}' the role \"movable\"", object.name));
+    if (!scene.surfaces.empty())
+        refuse(fmt::format("knows no sharp surfaces; remove '{}', or give it an index", scene.surfaces.front().name));
     if (GradedMedia(scene).disperses()) refuse("has one index for all colours; give the media one");
     if (scene.bake.grids.arrival_time) refuse("has no grid 'arrival_time'; leave it out of bake.grids");
     if (options.arrivals == WavefrontArrivals::Strongest)

@@ -8,9 +8,11 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "bake/methods/front_obstacles.h"
+#include "bake/paths/optical_scene.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -27,14 +29,23 @@ void refuseLamp(const Light& light, const std::string& why) {
                 light.where);
 }
 
+void setLeast(const FrontLaunch& launch, Front& front) {
+    for (Front::Tube& tube : front.tubes) tube.least = launch.space.limits.threshold * channelMean(tube.power);
+}
+
 }  // namespace
 
 LaunchPlane::LaunchPlane(const FrontLaunch& launch, const LightSample& sample) : launch_(launch), sample_(sample) {
     const glm::dvec3 middle = launch.frame.worldFromIndex(0.5 * (launch.target.min + launch.target.max));
     const glm::dvec3 way = sample.source ? middle - *sample.source : sample.direction;
-    axis_ = mainAxis(way), sense_ = way[axis_] > 0 ? 1 : -1;
+    const int along = mainAxis(way);
+    way_ = {along, way[along] > 0 ? 1 : -1};
+    axis_ = launch.across.value_or(along), sense_ = way[axis_] > 0 ? 1 : -1;
     axes_ = axesFor(axis_);
-    plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
+    if (launch.straight)
+        plane_ = sense_ > 0 ? launch.target.min[axis_] : launch.target.max[axis_];
+    else
+        plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
     if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
 }
 
@@ -59,7 +70,7 @@ Front::Ray LaunchPlane::rayAt(const glm::dvec2& uv) const {
     ray.voxel = voxelAt(uv);
     const glm::dvec3 world = launch_.frame.worldFromIndex(ray.voxel), direction = directionAt(world);
     // Snell's law at a flat face keeps what lies in it; air is outside.
-    const double square = 2 * launch_.space.index->at(world).half_square;
+    const double square = 2 * launch_.space.halfSquareAt(world);
     ray.momentum = direction;
     const double across = 1 - direction[axis_] * direction[axis_];
     constexpr double kLeast = 1e-6;
@@ -140,7 +151,8 @@ Front launchFront(const FrontLaunch& launch, const Light& light, const LightSamp
                         light.name, rays, launch.spacing),
             light.where);
     Front front;
-    front.axis = plane.axis(), front.sense = plane.sense();
+    std::tie(front.axis, front.sense) = plane.way();
+    front.inside = launch.inside;
     const auto place = [&](int i, int j) { return low + spacing * glm::dvec2(i, j); };
     for (int j = 0; j <= cells.y; ++j)
         for (int i = 0; i <= cells.x; ++i) front.rays.push_back(plane.rayAt(place(i, j)));
@@ -153,15 +165,16 @@ Front launchFront(const FrontLaunch& launch, const Light& light, const LightSamp
             front.tubes.push_back({{id(i, j), id(i + 1, j), id(i + 1, j + 1)}, plane.power(a, b, c), 0, {i, j}});
             front.tubes.push_back({{id(i, j), id(i + 1, j + 1), id(i, j + 1)}, plane.power(a, c, d), 0, {i, j}});
         }
+    setLeast(launch, front);
     return front;
 }
 
 Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
                  const std::vector<std::uint32_t>& which) {
     const LaunchPlane plane(launch, sample);
-    const auto axes = axesFor(front.axis);
+    const auto axes = axesFor(plane.axis());
     Front out;
-    out.axis = front.axis, out.sense = front.sense;
+    out.axis = front.axis, out.sense = front.sense, out.inside = front.inside;
     const auto placeOf = [&](std::uint32_t ray) {
         return glm::dvec2(out.rays[ray].voxel[axes[0]], out.rays[ray].voxel[axes[1]]);
     };
@@ -188,6 +201,7 @@ Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Fro
                                  0,
                                  front.tubes[tube].cell});
     }
+    setLeast(launch, out);
     return out;
 }
 

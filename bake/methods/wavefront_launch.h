@@ -5,6 +5,8 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "bake/methods/wavefront_sweep.h"
 #include "bake/paths/emission.h"
@@ -27,6 +29,9 @@ struct FrontLaunch {
     /// Whether a place in the world is in a medium: light that enters there has been in one.
     std::function<bool(const glm::dvec3&)> in_medium{};
     const RayCaster* caster = nullptr;  ///< what throws shadows; null: nothing does
+    MediumStack inside{};               ///< where light comes in
+    std::optional<int> across{};        ///< axis across which it comes in; absent: that along which it goes
+    bool straight = false;  ///< light goes straight on its way to the target: it comes in by the target's own side
 };
 
 /// A light's rays on the plane by which it enters the space: on the side that the light comes from.
@@ -37,6 +42,8 @@ public:
 
     int axis() const { return axis_; }  ///< across the plane
     int sense() const { return sense_; }
+    /// That the light goes along, and in which sense.
+    std::pair<int, int> way() const { return way_; }
     /// A lamp does not stand before the plane.
     bool behindLamp() const { return sample_.source && !(sense_ * (plane_ - source_[axis_]) > 0); }
     /// Where the ray that meets a place of index space crosses the plane, along u and v.
@@ -59,6 +66,7 @@ private:
     const FrontLaunch& launch_;
     const LightSample& sample_;
     int axis_ = 2, sense_ = -1;
+    std::pair<int, int> way_{2, -1};
     std::array<int, 3> axes_{};
     double plane_ = 0;
     glm::dvec3 source_{0};

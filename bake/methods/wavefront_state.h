@@ -11,6 +11,19 @@
 
 namespace photic {
 
+/// What fronts that may be one have alike.
+using FrontWay = std::array<int, 4 + MediumStack::kMost>;
+inline FrontWay wayOf(int axis, int sense, const MediumStack& inside) {
+    FrontWay way{axis, sense, inside.base, inside.count};
+    for (std::size_t i = 0; i < static_cast<std::size_t>(inside.count); ++i) way[4 + i] = inside.media[i];
+    return way;
+}
+
+/// The axis and sense along which three rays go on best.
+/// @param but   axis that is none of them; -1: any may be
+/// @return axis -1 where none is within 60 degrees of all three
+std::pair<int, int> bestWay(int but, const std::array<Front::Ray, 3>& rays);
+
 inline constexpr double kFarLayers = 1e6;  // past any grid, and exact in single precision
 
 /// Some consecutive layers: a slab, or layers that nobody needs.
@@ -43,6 +56,11 @@ struct FrontSweep::RayEnd {
     double lit = 0;
     glm::dvec3 left{0};  ///< of its power, per channel, where it meets it
     Target target;
+    // Where it meets a surface:
+    Meeting meeting;
+    MediumStack inside;
+    glm::dvec3 direction{0};  ///< of travel, world
+    double time = 0;          ///< optical path so far [m]
     bool meets() const { return hit < kFarLayers; }
 };
 
@@ -53,6 +71,7 @@ struct FrontSweep::TubeEnd {
     double last = -kFarLayers;        ///< of them, times the front's sense
     double lit = 0, beside = 0;       ///< shares
     glm::dvec3 left{0};               ///< of its power, per channel
+    bool handed_on = false;           ///< by a surface, and counted
 };
 
 struct FrontSweep::State {
@@ -62,9 +81,11 @@ struct FrontSweep::State {
     std::vector<char> alive;    ///< per tube
     std::vector<TubeEnd> ends;  ///< per tube; empty where nothing stands in the scene
     std::vector<Turned> turned;
-    std::map<std::pair<int, int>, Front> next;  ///< by axis and sense
-    std::map<std::pair<int, int>, std::map<std::pair<std::uint32_t, int>, std::uint32_t>> places;  ///< of rays in them
-    VoxeliseOptions options;                                                                       ///< of the chunk
+    std::map<FrontWay, Front> next;
+    /// Of rays in them, by the ray that they come from and where it turned away, or which branch of a surface's they
+    /// are.
+    std::map<FrontWay, std::map<std::pair<std::uint32_t, int>, std::uint32_t>> places;
+    VoxeliseOptions options;  ///< of the chunk
     bool attenuates = false, timed = false;
     double time_origin = 0;  ///< optical path that the rays' counts from [m]
     int channels = 1;

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
+#include "bake/methods/graded_space.h"
 #include "bake/methods/wavefront_state.h"
 #include "bake/report/stopwatch.h"
 #include "bake/threads/parallel_for.h"
@@ -14,6 +15,21 @@ namespace photic {
 namespace {
 
 constexpr int kLanes = BentRows::kLanes;
+
+/// Surfaces make many small fronts: those that go the same way in the same media are one.
+std::vector<Front> joined(std::vector<Front> fronts) {
+    std::map<FrontWay, Front> by_way;
+    for (Front& front : fronts) {
+        const auto [at, fresh] = by_way.try_emplace(wayOf(front.axis, front.sense, front.inside));
+        if (fresh)
+            at->second = std::move(front);
+        else
+            at->second.append(front);
+    }
+    std::vector<Front> out;
+    for (auto& [way, front] : by_way) out.push_back(std::move(front));
+    return out;
+}
 
 }  // namespace
 
@@ -28,7 +44,7 @@ void Front::append(const Front& other) {
 
 std::vector<FrontSweep::Chunk> FrontSweep::chunksOf(const Front& front, const std::vector<SlabGroup>& groups) const {
     std::vector<Chunk> chunks;
-    int next = space_.low[front.axis];
+    int next = space_->low[front.axis];
     const auto skipTo = [&](int layer) {
         for (; next < layer; next += std::min(kLanes, layer - next))
             chunks.push_back({next, std::min(kLanes, layer - next), nullptr, 0});
@@ -39,7 +55,7 @@ std::vector<FrontSweep::Chunk> FrontSweep::chunksOf(const Front& front, const st
             chunks.push_back({group.slabs[s].first, group.slabs[s].active, &group, s});
             next = group.slabs[s].first + group.slabs[s].active;
         }
-    skipTo(space_.high[front.axis] + 1);
+    skipTo(space_->high[front.axis] + 1);
     if (front.sense < 0) std::reverse(chunks.begin(), chunks.end());
     return chunks;
 }
@@ -47,30 +63,35 @@ std::vector<FrontSweep::Chunk> FrontSweep::chunksOf(const Front& front, const st
 /// Where the index changes much within a step, a ray may gain or lose more than it should, and light that is to be
 /// reflected totally leaks out of its glass: there steps are shorter.
 int FrontSweep::stepsIn(const Front& front, const Chunk& chunk) const {
+    if (!space_->index) return 1;
     constexpr double kGentle = 0.05;  // of n^2 / 2
     constexpr int kMost = 8;
-    const int first = chunk.first - space_.first_node[front.axis];
-    const double steep = space_.index->steepest(front.axis, first - 2, first + chunk.layers + 1);
-    return std::max(space_.steps, std::min(kMost, static_cast<int>(std::ceil(steep / kGentle))));
+    const int first = chunk.first - space_->first_node[front.axis];
+    const double steep = space_->index->steepest(front.axis, first - 2, first + chunk.layers + 1);
+    return std::max(space_->steps, std::min(kMost, static_cast<int>(std::ceil(steep / kGentle))));
 }
 
 void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     const Stopwatch watch;
-    const glm::ivec3 node = space_.first_node - origin();
+    const glm::ivec3 node = space_->first_node - origin();
     const int first_w = chunk.first - origin()[front.axis];
-    collapseIndex(*space_.index, {front.axis, node}, first_w, chunk.layers, front.sense, stepsIn(front, chunk),
-                  state.slices);
+    if (space_->index)
+        collapseIndex(*space_->index, {front.axis, node}, first_w, chunk.layers, front.sense, stepsIn(front, chunk),
+                      state.slices);
+    else
+        state.slices.columns = state.slices.rows = state.slices.steps = 1;
     if (SweepWork* work = totals_.work) {
         const double steps = double(chunk.layers) * state.slices.steps;
         work->ray_steps += steps * static_cast<double>(front.rays.size());
-        work->nodes += steps * static_cast<double>(state.slices.plane());
+        if (space_->index) work->nodes += steps * static_cast<double>(state.slices.plane());
     }
-    FrontMedia media = space_.table;
+    FrontMedia media = space_->table;
     const auto axes = axesFor(front.axis);
-    const glm::ivec3 count = space_.index->nodes().count;
-    const std::size_t strides[3] = {1, static_cast<std::size_t>(count.x),
+    // What is the same everywhere has one node.
+    const glm::ivec3 count = space_->index ? space_->index->nodes().count : glm::ivec3(0);
+    const std::size_t strides[3] = {space_->index ? std::size_t{1} : 0, static_cast<std::size_t>(count.x),
                                     static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y)};
-    media.of_node = state.attenuates ? space_.media.data() : nullptr;
+    media.of_node = state.attenuates ? space_->media.data() : nullptr;
     media.stride_u = strides[axes[0]], media.stride_v = strides[axes[1]], media.stride_w = strides[axes[2]];
 
     FrontMarch march;
@@ -78,7 +99,8 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     std::copy_n(state.packed.bent.voxel, 3, march.voxel);
     march.first_w = first_w, march.layers = chunk.layers, march.sense = front.sense;
     march.node_w = node[front.axis];
-    march.least_lit = space_.least_lit, march.channels = state.channels, march.least_cosine = state.least_cosine;
+    if (!space_->index) march.even = static_cast<float>(space_->even);
+    march.least_lit = space_->least_lit, march.channels = state.channels, march.least_cosine = state.least_cosine;
     BentRows& bent = state.packed.bent;
     bent.values.resize(front.rays.size() * bent.rayStride());
     state.before = state.rays;
@@ -94,8 +116,8 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
 
 void FrontSweep::countLoss(const glm::dvec3& power, const glm::dvec3& left) {
     const glm::dvec3 lost = power * (1.0 - left);
-    totals_.power.absorbed_medium += channelMean(lost * space_.absorbed_share);
-    totals_.power.scattered += channelMean(lost * (1.0 - space_.absorbed_share));
+    totals_.power.absorbed_medium += channelMean(lost * space_->absorbed_share);
+    totals_.power.scattered += channelMean(lost * (1.0 - space_->absorbed_share));
 }
 
 void FrontSweep::finish(const Front& front, const State& state) {
@@ -120,8 +142,12 @@ void FrontSweep::finish(const Front& front, const State& state) {
     }
 }
 
-std::vector<std::uint32_t> FrontSweep::findLost(Front front, int turns) {
-    for (std::uint32_t t = 0; t < front.tubes.size(); ++t) front.tubes[t].source = t;
+std::vector<std::uint32_t> FrontSweep::findLost(Front front) {
+    // What surfaces send on that is fainter than that need not be followed well.
+    constexpr double kFaint = 0.02;
+    for (std::uint32_t t = 0; t < front.tubes.size(); ++t)
+        front.tubes[t].source = t,
+        front.tubes[t].least = std::max(front.tubes[t].least, kFaint * channelMean(front.tubes[t].power));
     std::vector<std::uint32_t> lost;
     lost_ = &lost;
     for (const Front::Tube& tube : front.tubes) {
@@ -130,22 +156,32 @@ std::vector<std::uint32_t> FrontSweep::findLost(Front front, int turns) {
         });
         if (shadowed == 1 || shadowed == 2) lost.push_back(tube.source);
     }
-    std::vector<Front> fronts{std::move(front)};
-    for (int turn = 0; turn <= turns && !fronts.empty(); ++turn) {
-        std::vector<Front> next;
-        for (const Front& at : fronts)
-            for (Front& on : run(at)) next.push_back(std::move(on));
-        fronts = std::move(next);
-    }
+    std::vector<Front> fronts;
+    fronts.push_back(std::move(front));
+    runAll(std::move(fronts), [](double, double) {});
     lost_ = nullptr;
     std::sort(lost.begin(), lost.end());
     lost.erase(std::unique(lost.begin(), lost.end()), lost.end());
     return lost;
 }
 
+void FrontSweep::runAll(std::vector<Front> fronts, const std::function<void(double, double)>& progress) {
+    double from = 0, share = 0.7;  // the fronts that go on are fewer and fewer
+    while (!fronts.empty()) {
+        std::vector<Front> next;
+        const double each = share / static_cast<double>(fronts.size());
+        for (std::size_t i = 0; i < fronts.size(); ++i) {
+            progress(from + each * static_cast<double>(i), each);
+            for (Front& on : run(fronts[i])) next.push_back(std::move(on));
+        }
+        fronts = space_->beyond && !sinks_.strongest ? joined(std::move(next)) : std::move(next);
+        from += share, share = 0.5 * (1 - from);
+    }
+}
+
 /// Puts a front's rays at their start.
 void FrontSweep::setOut(const Front& front, State& state) const {
-    state.attenuates = !space_.media.empty(), state.channels = field_.channels().irradiance;
+    state.attenuates = !space_->media.empty(), state.channels = field_.channels().irradiance;
     const auto axes = axesFor(front.axis);
     state.timed = sinks_.first != nullptr && !lost_;
     if (state.timed) state.time_origin = front.rays.front().time;
@@ -192,13 +228,14 @@ bool FrontSweep::someTurn(const Front& front) {
 
 std::vector<Front> FrontSweep::run(const Front& front) {
     if (front.tubes.empty()) return {};
+    space_ = start_.beyond ? &start_.beyond->spaceOf(front.inside) : &start_;
     State state;
     setOut(front, state);
     const auto groups = groupsAlong(front.axis);
     const std::vector<Chunk> chunks = chunksOf(front, groups);
     pack(front, {}, state.packed);
     state.packed.bent.timed = state.timed;
-    if (space_.obstacles) {
+    if (space_->obstacles) {
         findEnds(front, chunks, state);
         pack(front, state.ends, state.packed);
     }
@@ -207,6 +244,16 @@ std::vector<Front> FrontSweep::run(const Front& front) {
     totals_.tubes += static_cast<std::int64_t>(front.tubes.size());
     totals_.rays += static_cast<std::int64_t>(front.rays.size());
 
+    const auto rest = [&] {
+        finish(front, state);
+        std::vector<Front> out;
+        for (auto& [way, next] : state.next) out.push_back(std::move(next));
+        return out;
+    };
+    // Light that does not count yet goes straight to where it ends.
+    const bool counts =
+        std::any_of(front.rays.begin(), front.rays.end(), [](const Front::Ray& ray) { return ray.lit; });
+    if (!counts && goesStraight(state)) return rest();
     double earliest = kFarLayers;
     for (const Front::Ray& ray : front.rays) earliest = std::min(earliest, front.sense * ray.voxel[front.axis]);
     std::size_t done = 0;
@@ -215,6 +262,7 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         monitor_.progress("deposit", static_cast<double>(done++) / static_cast<double>(chunks.size()));
         const double exit = front.sense > 0 ? chunk.first + chunk.layers : -(chunk.first - 1.0);
         if (exit < earliest) continue;  // all rays start beyond it
+        if (space_->beyond && std::find(state.alive.begin(), state.alive.end(), 1) == state.alive.end()) break;
         march(front, chunk, state);
         turnAway(front, chunk, state);
         const Stopwatch watch;
@@ -226,10 +274,11 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         retire(front, chunk, state);
         totals_.deposit_seconds += watch.seconds();
     }
-    finish(front, state);
-    std::vector<Front> out;
-    for (auto& [way, next] : state.next) out.push_back(std::move(next));
-    return out;
+    return rest();
+}
+
+bool FrontSweep::goesStraight(const State& state) const {
+    return !space_->index && !state.attenuates && space_->least_lit > 0 && space_->obstacles;
 }
 
 }  // namespace photic

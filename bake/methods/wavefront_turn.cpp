@@ -31,7 +31,14 @@ void FrontSweep::turnAway(const Front& front, const Chunk& chunk, State& state) 
 /// have at a face, and leave glass that reflects it.
 void FrontSweep::carryOn(int axis, double layers, Front::Ray& ray) const {
     const GridFrame& frame = field_.frame();
-    const SplineGradedIndex index(*space_.index);
+    if (!space_->index) {
+        const double length =
+            std::fabs(layers * frame.worldFromIndex()[axis][axis] / glm::normalize(ray.momentum)[axis]);
+        ray.voxel += frame.indexDirection(length * glm::normalize(ray.momentum));
+        ray.time += length * glm::length(ray.momentum);
+        return;
+    }
+    const SplineGradedIndex index(*space_->index);
     GradedRay on{frame.worldFromIndex(ray.voxel), ray.momentum, 0};
     constexpr int kSteps = 4;
     const double step = layers * frame.worldFromIndex()[axis][axis] / kSteps;
@@ -86,16 +93,13 @@ FrontSweep::Leaving FrontSweep::leave(const Front& front, const Chunk& chunk, co
     return out;
 }
 
-namespace {
-
-/// The axis and sense along which all three rays of a tube go on best; those of the front where none is good.
-std::pair<int, int> bestWay(const Front& front, const Front::Ray (&rays)[3]) {
+std::pair<int, int> bestWay(int but, const std::array<Front::Ray, 3>& rays) {
     glm::dvec3 mean(0);
     for (const Front::Ray& ray : rays) mean += glm::normalize(ray.momentum);
-    std::pair<int, int> best{front.axis, front.sense};
+    std::pair<int, int> best{-1, 1};
     double best_cosine = 0.5;
     for (int a = 0; a < 3; ++a) {
-        if (a == front.axis) continue;
+        if (a == but) continue;
         const int sense = mean[a] > 0 ? 1 : -1;
         double least = 1;
         for (const Front::Ray& ray : rays) least = std::min(least, sense * ray.momentum[a] / glm::length(ray.momentum));
@@ -104,31 +108,31 @@ std::pair<int, int> bestWay(const Front& front, const Front::Ray (&rays)[3]) {
     return best;
 }
 
-}  // namespace
-
 void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, const Turned& turned) {
     const Front::Tube& tube = front.tubes[turned.tube];
-    Front::Ray rays[3];
+    std::array<Front::Ray, 3> rays;
     glm::dvec3 left(0);
-    for (int c = 0; c < 3; ++c) {
+    for (std::size_t c = 0; c < 3; ++c) {
         const Leaving leaving = leave(front, chunk, state, tube.ray[c], turned.lane);
         rays[c] = leaving.ray, left += leaving.left / 3.0;
     }
     const glm::dvec3 power = tube.power * left;
     countLoss(tube.power, left);
     ++totals_.turned;
-    const std::pair<int, int> best = bestWay(front, rays);
-    if (best.first == front.axis) {
+    const std::pair<int, int> best = bestWay(front.axis, rays);
+    const bool too_often = tube.turns >= space_->limits.turns;
+    if (best.first < 0 || too_often) {
         totals_.power.dropped += channelMean(power);
-        if (lost_) lost_->push_back(tube.source);
+        if (lost_ && !too_often) lost_->push_back(tube.source);
         return;
     }
-    Front& next = state.next[best];
-    next.axis = best.first, next.sense = best.second;
-    auto& places = state.places[best];
-    Front::Tube out;
-    out.power = power, out.source = tube.source, out.cell = tube.cell;
-    for (int c = 0; c < 3; ++c) {
+    const FrontWay way = wayOf(best.first, best.second, front.inside);
+    Front& next = state.next[way];
+    next.axis = best.first, next.sense = best.second, next.inside = front.inside;
+    auto& places = state.places[way];
+    Front::Tube out = tube;
+    out.power = power, ++out.turns;
+    for (std::size_t c = 0; c < 3; ++c) {
         const auto [place, fresh] = places.emplace(std::pair{tube.ray[c], chunk.first + turned.lane},
                                                    static_cast<std::uint32_t>(next.rays.size()));
         if (fresh) next.rays.push_back(rays[c]);

@@ -29,7 +29,7 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
 }
 
 OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm,
-                           double behind_walls)
+                           double behind_walls, LoneWater lone_water)
     : scene_(scene), frame_(frame), shapes_(shapesOf(scene)), light_end_(scene, frame, shapes_->caster, behind_walls) {
     for (std::size_t i = 0; i < scene.surfaces.size(); ++i) {
         const Surface& surface = scene.surfaces[i];
@@ -38,7 +38,8 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
         sides.inside = mediumFor(sideOf(scene, surface, Side::Below), wavelengths_nm);
         sides.nested = surface.medium_below >= 0 && (surface.closed || surface.sphere.has_value()) && !surface.thin;
         sides_.push_back(sides);
-        if (surface.height_field && scene.surfaces.size() > 1) height_fields_.push_back(static_cast<int>(i));
+        const bool is_met = lone_water == LoneWater::IsMet || scene.surfaces.size() > 1;
+        if (surface.height_field && is_met) height_fields_.push_back(static_cast<int>(i));
         own_shadows_.push_back(OwnShadow::of(scene, surface, frame));
     }
 }
@@ -96,27 +97,6 @@ MediumStack OpticalScene::across(const MediumStack& inside, int surface, bool in
             break;
         }
     return out;
-}
-
-OpticalScene::Event OpticalScene::eventAt(int surface, int wavelength, const MediumStack& inside,
-                                          const glm::dvec3& direction, const Meeting& at) const {
-    const Surface& s = scene_.surfaces[static_cast<std::size_t>(surface)];
-    const bool inwards = glm::dot(direction, at.face) < 0;
-    const auto index = static_cast<std::size_t>(wavelength);
-    Event event;
-    if (s.thin) {
-        event.beyond = inside;
-        const double pane = medium(sides(surface).inside).iors[index];
-        event.light = specularEvent(s, medium(mediumOf(inside)).iors[index], pane, direction, at.normal, at.face);
-        return event;
-    }
-    event.beyond = across(inside, surface, inwards);
-    // Inside of a body of a higher priority the water's surface, say, parts nothing.
-    const int from = mediumOf(inside), to = mediumOf(event.beyond);
-    event.void_surface = s.event != SurfaceEvent::Mirror && from == to && (sides(surface).nested || inside.count > 0);
-    if (event.void_surface) return event;
-    event.light = specularEvent(s, medium(from).iors[index], medium(to).iors[index], direction, at.normal, at.face);
-    return event;
 }
 
 Meeting OpticalScene::meetingOnMesh(const Surface& surface, const RayHit& hit, const glm::dvec3& point) const {

@@ -52,6 +52,10 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
 /// Mean of the channels: what the ledgers count.
 inline double channelMean(const glm::dvec3& power) { return (power.x + power.y + power.z) / 3; }
 
+/// Whether legs can meet water that stands alone: they leave it, and need not be held against it, but where light comes
+/// from beyond it.
+enum class LoneWater { IsLeft, IsMet };
+
 /// A scene as every tracer sees it: what stands in it, where deposits end in the grid, and what lies on either side of
 /// each surface. Shared by all lights of a bake. Thread-safe.
 class OpticalScene {
@@ -59,7 +63,7 @@ public:
     /// @param wavelengths_nm  at which light is traced where media disperse; index 0 is always white light
     /// @param behind_walls    of LightEnd
     OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm = {},
-                 double behind_walls = 0);
+                 double behind_walls = 0, LoneWater lone_water = LoneWater::IsLeft);
 
     const Scene& scene() const { return scene_; }
     const GridFrame& frame() const { return frame_; }
@@ -67,6 +71,9 @@ public:
     const LightEnd& lightEnd() const { return light_end_; }
     const TriangleTree& tree() const { return shapes_->tree; }
     const OpticalMedium& medium(int index) const { return media_[static_cast<std::size_t>(index)]; }
+    int mediumCount() const { return static_cast<int>(media_.size()); }
+    /// What the scene says of a medium.
+    const Medium& given(int index) const { return given_media_[static_cast<std::size_t>(index)]; }
     const MediumSides& sides(int surface) const { return sides_[static_cast<std::size_t>(surface)]; }
     /// Whether light of different wavelengths parts at a surface.
     bool disperses(int surface) const {
@@ -109,7 +116,15 @@ public:
         bool void_surface = false;  ///< light goes on as it came, with the stack `beyond`
     };
     Event eventAt(int surface, int wavelength, const MediumStack& inside, const glm::dvec3& direction,
-                  const Meeting& at) const;
+                  const Meeting& at) const {
+        const auto index = static_cast<std::size_t>(wavelength);
+        return eventBetween(surface, inside, direction, at, [&](int m) { return medium(m).iors[index]; });
+    }
+    /// The same between media of which each says what its index is at the place.
+    /// @param ior_of  of a medium's place in `media`
+    template <class IorOf>
+    Event eventBetween(int surface, const MediumStack& inside, const glm::dvec3& direction, const Meeting& at,
+                       const IorOf& ior_of) const;
 
     /// Casts a leg and finds where its deposit ends. Surfaces that part nothing are passed.
     struct LegEnd {
@@ -131,8 +146,29 @@ private:
     std::vector<OpticalMedium> media_;
     std::vector<Medium> given_media_;
     std::vector<MediumSides> sides_;
-    std::vector<int> height_fields_;  // that legs can meet: none when one stands alone
+    std::vector<int> height_fields_;  // that legs can meet
     std::vector<std::optional<OwnShadow>> own_shadows_;
 };
+
+template <class IorOf>
+OpticalScene::Event OpticalScene::eventBetween(int surface, const MediumStack& inside, const glm::dvec3& direction,
+                                               const Meeting& at, const IorOf& ior_of) const {
+    const Surface& s = scene_.surfaces[static_cast<std::size_t>(surface)];
+    const bool inwards = glm::dot(direction, at.face) < 0;
+    Event event;
+    if (s.thin) {
+        event.beyond = inside;
+        const double pane = ior_of(sides(surface).inside);
+        event.light = specularEvent(s, ior_of(mediumOf(inside)), pane, direction, at.normal, at.face);
+        return event;
+    }
+    event.beyond = across(inside, surface, inwards);
+    // Inside of a body of a higher priority the water's surface, say, parts nothing.
+    const int from = mediumOf(inside), to = mediumOf(event.beyond);
+    event.void_surface = s.event != SurfaceEvent::Mirror && from == to && (sides(surface).nested || inside.count > 0);
+    if (event.void_surface) return event;
+    event.light = specularEvent(s, ior_of(from), ior_of(to), direction, at.normal, at.face);
+    return event;
+}
 
 }  // namespace photic

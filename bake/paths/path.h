@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
@@ -42,6 +43,9 @@ struct MediumStack {
     std::int16_t media[kMost] = {};  ///< in the order in which they were entered, in OpticalScene::media
     std::int8_t count = 0;
     std::int16_t base = 0;
+    bool operator==(const MediumStack& other) const {
+        return count == other.count && base == other.base && std::equal(media, media + count, other.media);
+    }
 };
 
 enum class PathOutcome : std::uint8_t {

@@ -16,7 +16,8 @@ namespace photic {
 
 class GradedIndex;
 
-/// An object whose index varies in space, in air: a [[medium]] with `index`.
+/// A medium whose index varies in space: a [[medium]] with `index`. An object by itself, in air; or, where surfaces
+/// name it, what lies on their side, and then the scene's medium of the same name stands for it in Scene::media.
 struct GradedObject {
     std::string name;
     std::string where;  ///< file:line of its table, for messages
@@ -26,6 +27,8 @@ struct GradedObject {
     double anisotropy = 0;                    ///< Henyey-Greenstein g, -1..1
     /// What absorbs instead of `absorption`; null where that is the same everywhere.
     std::shared_ptr<const AbsorptionVolume> absorption_volume{};
+    /// Surfaces name it: it is on their side of them and nowhere else, however far its index is known.
+    bool enclosed = false;
     /// Of light by itself [W/(m3 sr)], where the object is. Eye rays see it; no bake lights a scene with it.
     glm::dvec3 emission{0};
     glm::dvec3 extinction() const { return absorption + scattering; }
@@ -55,7 +58,7 @@ public:
     };
     /// @param medium  n where no sample is
     IndexVolume(Samples samples, double medium);
-    /// Objects in air, in a scene without water; at() and all below it are for samples.
+    /// Media whose index varies, without samples of the water's: at() and all below it are for those.
     explicit IndexVolume(std::vector<GradedObject> objects);
     const std::vector<GradedObject>& objects() const { return objects_; }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/scene/graded_index.h"
 #include "bake/scene/index_volume.h"
 #include "bake/scene/load_parts.h"
 #include "bake/scene/load_toml.h"
@@ -90,11 +91,9 @@ void loadCoefficients(const TableReader& table, Medium& medium, LoadContext& con
     }
 }
 
-/// A medium by itself: an object whose index varies.
-void addGraded(const TableReader& table, const Medium& medium, LoadContext& context) {
+/// A medium whose index varies.
+void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
     for (const std::string& key : kIndexKeys) table.exclusive({"index", key});
-    if (table.has("priority"))
-        table.fail("priority", "'priority' is for media between surfaces; one with 'index' is an object by itself");
     for (const char* key : {"absorption", "extinction"}) table.exclusive({"absorption_volume", key});
     std::shared_ptr<const AbsorptionVolume> volume;
     if (const ConfigValue* absorption = table.find("absorption_volume"))
@@ -102,6 +101,10 @@ void addGraded(const TableReader& table, const Medium& medium, LoadContext& cont
     context.graded.push_back({medium.name, medium.where, loadGradedIndex(*table.find("index"), context),
                               medium.absorption, medium.scattering, medium.anisotropy, std::move(volume)});
     context.graded.back().emission = table.colour("emission", notNegative("W/(m3 sr)")).value_or(glm::dvec3(0));
+    // Surfaces that name it say where they stand; until then it has the index of its middle.
+    const auto box = context.graded.back().index.front()->bounds().value_or(WorldBox{});
+    medium.ior = indexAt(context.graded.back(), 0.5 * (box.min + box.max));
+    context.media.push_back(std::move(medium));
 }
 
 void loadNamed(const ConfigValue& value, LoadContext& context) {
@@ -116,11 +119,9 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
     for (const Medium& other : context.media)
         if (other.name == medium.name)
             table.fail("name", fmt::format("the name '{}' is taken by {}; choose another", medium.name, other.where));
-    for (const GradedObject& other : context.graded)
-        if (other.name == medium.name)
-            table.fail("name", fmt::format("the name '{}' is taken by {}; choose another", medium.name, other.where));
     loadCoefficients(table, medium, context);
-    if (table.has("index")) return addGraded(table, medium, context);
+    medium.priority = static_cast<int>(table.integer("priority", -1000000, 1000000).value_or(0));
+    if (table.has("index")) return addGraded(table, std::move(medium), context);
     if (table.has("absorption_volume"))
         table.fail("absorption_volume",
                    "'absorption_volume' is for a medium with an 'index' of its own; give "
@@ -132,7 +133,6 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
     const auto index = loadRefractiveIndex(table);
     if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;
-    medium.priority = static_cast<int>(table.integer("priority", -1000000, 1000000).value_or(0));
     context.media.push_back(std::move(medium));
 }
 
@@ -144,7 +144,8 @@ void loadMedia(const ConfigValue& value, LoadContext& context) {
         // Of named media "water" is what lies below height fields.
         const auto water =
             std::find_if(context.media.begin(), context.media.end(), [](const Medium& m) { return m.name == "water"; });
-        if (water != context.media.end()) context.water = *water, context.water_index = water->ior;
+        if (water != context.media.end() && !gradedNamed(context, "water"))
+            context.water = *water, context.water_index = water->ior;
         return;
     }
     std::vector<std::string> known = kCoefficientKeys;
@@ -156,14 +157,24 @@ void loadMedia(const ConfigValue& value, LoadContext& context) {
     if (context.water_index) context.water.ior = *context.water_index;
 }
 
+GradedObject* gradedNamed(LoadContext& context, const std::string& name) {
+    const auto found = std::find_if(context.graded.begin(), context.graded.end(),
+                                    [&](const GradedObject& object) { return object.name == name; });
+    return found == context.graded.end() ? nullptr : &*found;
+}
+
+RefractiveIndex indexAt(const GradedObject& object, const glm::dvec3& world) {
+    // Where a formula has no index that could be, the bake says so, with the place.
+    const auto at = [&](std::size_t channel) {
+        const double n = object.index[channel]->indexAt(world);
+        return n >= kLeastIndex ? std::min(n, kLargestIndex) : 1.0;
+    };
+    return object.index.size() > 1 ? RefractiveIndex::channels({at(0), at(1), at(2)}) : RefractiveIndex(at(0));
+}
+
 int mediumNamed(const TableReader& table, const std::string& key, LoadContext& context) {
     const auto name = table.text(key);
     if (!name) return -1;
-    for (const GradedObject& object : context.graded)
-        if (object.name == *name)
-            table.fail(key, fmt::format("the medium '{}' has an index that varies: it is an object by itself, and no "
-                                        "surface's; name one with 'ior'",
-                                        *name));
     const auto found = [&] {
         return std::find_if(context.media.begin(), context.media.end(),
                             [&](const Medium& m) { return m.name == *name; });

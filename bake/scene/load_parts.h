@@ -28,7 +28,7 @@ struct LoadContext {
     bool animated = false;  ///< something depends on the frame's number other than through a file's name
     std::uint64_t hash = 0xcbf29ce484222325u;  ///< 64-bit FNV-1a of all bytes so far
     std::vector<Medium> media{};               ///< Scene::media, to which surfaces add "air" where they name it
-    std::vector<GradedObject> graded{};        ///< media whose index varies, which no surface names
+    std::vector<GradedObject> graded{};        ///< media whose index varies; `media` has each as well
     std::map<std::string, std::shared_ptr<const RawMesh>> gltf{};  ///< files of which tables take parts, by path
     Medium water{};                                                ///< Scene::medium
     std::optional<RefractiveIndex> water_index{};                  ///< of the water, where its own table gives one
@@ -68,6 +68,10 @@ void loadMedia(const ConfigValue& value, LoadContext& context);
 /// The place in the context's media of the one that a key names, or -1 without the key; "air", "vacuum" and "water" are
 /// known without a table.
 int mediumNamed(const TableReader& table, const std::string& key, LoadContext& context);
+/// The medium of this name whose index varies; null: its index, if there is one, is the same everywhere.
+GradedObject* gradedNamed(LoadContext& context, const std::string& name);
+/// Its index at a place, as one number or three.
+RefractiveIndex indexAt(const GradedObject& object, const glm::dvec3& world);
 /// @param medium  index where the volume holds none
 std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
 /// `index` of a named medium: one, or three for red, green and blue.

@@ -161,17 +161,28 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
 
 namespace {
 
+/// Whether a surface's medium has an index that varies, of which the one at the surface stands for all wherever a
+/// number has to.
+bool encloses(Medium& medium, const Surface& surface, LoadContext& context) {
+    GradedObject* object = gradedNamed(context, medium.name);
+    if (!object) return false;
+    if (!object->enclosed) medium.ior = indexAt(*object, surface.center);
+    object->enclosed = true;
+    return true;
+}
+
 /// What lies above and below: media by name, or indices as numbers.
 void loadSides(const TableReader& table, const char* above, const char* below, Surface& surface, LoadContext& context) {
     table.exclusive({above, "ior_above"});
     table.exclusive({below, "ior_below"});
     surface.medium_above = mediumNamed(table, above, context);
     surface.medium_below = mediumNamed(table, below, context);
-    const bool water_disperses = context.water_index && context.water_index->disperses();
-    if (!table.has(below) && !table.has("ior_below") && context.water_index) {
+    const bool water_varies = surface.height_field && gradedNamed(context, "water"),
+               water_disperses = context.water_index && context.water_index->disperses();
+    if (!table.has(below) && !table.has("ior_below") && (context.water_index || water_varies)) {
         // The water says itself what its index is.
-        surface.ior_below = context.water_index->mean();
-        if (water_disperses) {
+        if (context.water_index) surface.ior_below = context.water_index->mean();
+        if (water_disperses || water_varies) {
             Medium water = context.water;
             water.name = "water";
             const auto found = std::find_if(context.media.begin(), context.media.end(),
@@ -184,14 +195,17 @@ void loadSides(const TableReader& table, const char* above, const char* below, S
     surface.ior_below = table.number("ior_below", between(0.01, 100)).value_or(surface.ior_below);
     // The numbers hold what the names mean, and a name that says no more than a number is one.
     if (surface.medium_above >= 0) {
-        const Medium& medium = context.media[static_cast<std::size_t>(surface.medium_above)];
+        Medium& medium = context.media[static_cast<std::size_t>(surface.medium_above)];
+        const bool varies = encloses(medium, surface, context);
         surface.ior_above = medium.ior.mean();
-        if (!medium.present() && !medium.ior.disperses() && medium.priority == 0) surface.medium_above = -1;
+        if (!varies && !medium.present() && !medium.ior.disperses() && medium.priority == 0) surface.medium_above = -1;
     }
     if (surface.medium_below >= 0) {
-        const Medium& medium = context.media[static_cast<std::size_t>(surface.medium_below)];
+        Medium& medium = context.media[static_cast<std::size_t>(surface.medium_below)];
+        const bool varies = encloses(medium, surface, context);
         surface.ior_below = medium.ior.mean();
-        if (medium.name == "water" && !medium.ior.disperses() && medium.priority == 0 && surface.height_field)
+        if (!varies && medium.name == "water" && !medium.ior.disperses() && medium.priority == 0 &&
+            surface.height_field)
             surface.medium_below = -1;
     }
 }

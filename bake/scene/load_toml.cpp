@@ -200,6 +200,17 @@ void loadThings(const TableReader& table, const DomainRequest& domain, LoadConte
         context.monitor.checkCancelled();
         return loadObject(value, number, context);
     });
+    for (const GradedObject& object : context.graded) {
+        const Medium& medium = *std::find_if(context.media.begin(), context.media.end(),
+                                             [&](const Medium& m) { return m.name == object.name; });
+        if (object.enclosed && object.name == "water") context.water = medium;
+        if (!object.enclosed && medium.priority != 0)
+            throw Error(ErrorCode::Input,
+                        fmt::format("'priority' is for media between surfaces; no surface names '{}', which is an "
+                                    "object by itself",
+                                    object.name),
+                        object.where);
+    }
     scene.medium = context.water, scene.media = std::move(context.media);
     loadNamed(table.find("camera"), "camera", scene.cameras,
               [](const ConfigValue& value, std::size_t number) { return loadCamera(value, number); });

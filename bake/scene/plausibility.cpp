@@ -79,7 +79,8 @@ void standsUpright(const Scene& scene, Warnings& out) {
 }
 
 void indexBesideTheWater(const Scene& scene, Warnings& out) {
-    if (!scene.index || scene.surfaces.empty() || !scene.surfaces.front().height_field) return;
+    if (!scene.index || !scene.index->objects().empty()) return;
+    if (scene.surfaces.empty() || !scene.surfaces.front().height_field) return;
     const IndexVolume& index = *scene.index;
     const Surface& water = scene.surfaces.front();
     const glm::ivec3 size = index.size();

@@ -203,15 +203,6 @@ TEST(GradedPhotons, ThreadsChangeNoBit) {
 TEST(GradedPhotons, RefuseWhatTheyCannotFollow) {
     const std::string lens = medium("{ kind = \"luneburg\", radius = 0.3 }"),
                       box = "min = [-0.4, -0.4, -0.4]\nmax = [0.4, 0.4, 0.4]\nresolution = 8";
-    const std::string ball =
-        "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.2\ninside = \"glass\"\n[[medium]]\nname = "
-        "\"glass\"\nior = 1.5\n";
-    try {
-        chooseMethod("photons", sceneOf(box, kDown, lens + ball));
-        ADD_FAILURE();
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("'ball'"), std::string::npos) << error.what();
-    }
     Scene within = sceneOf(box, "type = \"point\"\nposition = [0.1, 0, 1.5]\npower = 1", lens);
     within.lights[0].position = glm::dvec3(0, 0, 0.1);
     try {

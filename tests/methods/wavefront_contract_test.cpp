@@ -162,7 +162,7 @@ TEST(Wavefront, RefusesByNameWhatItCannotBake) {
     const std::string ball =
         "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.2\ninside = \"glass\"\n[[medium]]\nname = "
         "\"glass\"\nior = 1.5\n";
-    EXPECT_NE(refusal(lens + ball).find("'ball'"), std::string::npos);
+    EXPECT_EQ(refusal(lens + ball), "");
     EXPECT_NE(refusal(ball).find("index"), std::string::npos);
     // And the other way round: methods that follow straight rays name it.
     const Scene scene = sceneOf("min = [-1, -1, -1]\nmax = [1, 1, 1]\nresolution = 8", kDown, lens);

@@ -140,9 +140,37 @@ TEST(GradedMedia, RefusalsNameThePlaceAndTheRemedy) {
     refused("index = [\"a.vdb\", \"b.vdb\"]\n", {"three"});
     refused("index = \"nowhere.vdb\"\n", {"nowhere.vdb"});
     refused("priority = 2\nindex = { kind = \"luneburg\", radius = 0.5 }\n", {"priority", "by itself"});
-    refused("index = { kind = \"luneburg\", radius = 0.5 }\n", {"'lens'", "by itself"},
-            "[[surface]]\nkind = \"sphere\"\nradius = 1\ninside = \"lens\"\n");
     refused("ior = 1.5\nindex = { kind = \"luneburg\", radius = 0.5 }\n", {"ior", "index"});
+}
+
+TEST(GradedMedia, SurfacesMayNameThem) {
+    // The surface holds it, and the number that stands for it is that of the surface's middle.
+    const std::string slope = "index = { kind = \"linear\", n0 = 1.5, slope = [0, 0, 1] }\n",
+                      ball =
+                          "[[surface]]\nkind = \"sphere\"\nradius = 0.1\nposition = [0, 0, 0.5]\ninside = \"lens\"\n";
+    const Scene held = load(slope + "priority = 2\n", ball);
+    EXPECT_TRUE(held.index->objects().at(0).enclosed);
+    ASSERT_EQ(held.surfaces.at(0).medium_below, 0);
+    EXPECT_EQ(held.media.at(0).priority, 2);
+    EXPECT_NEAR(held.surfaces.at(0).ior_below, std::sqrt(2.75), 1e-12);
+    EXPECT_NEAR(held.media.at(0).ior.mean(), std::sqrt(2.75), 1e-12);
+    EXPECT_FALSE(object("index = { kind = \"luneburg\", radius = 0.5 }\n").enclosed);
+    // What is called "water" is below height fields without being named; below a ball it is not.
+    Monitor monitor;
+    const auto water = [&](const std::string& surface) {
+        return parseScene(
+            "photic = 1\n[domain]\nmin = [-1, -1, -1]\nmax = [1, 1, 0]\n[[light]]\ntype = \"sun\"\n"
+            "direction = [0, 0, -1]\n[[medium]]\nname = \"water\"\nabsorption = 0.1\n" +
+                slope + surface,
+            "s.toml", "", 0, monitor);
+    };
+    const Scene pool = water("[[surface]]\nkind = \"height_field\"\nflat = true\n");
+    EXPECT_TRUE(pool.index->objects().at(0).enclosed);
+    EXPECT_EQ(pool.surfaces.at(0).medium_below, 0);
+    EXPECT_TRUE(pool.medium.present()) << "its density is a grid";
+    const Scene drop = water("[[surface]]\nkind = \"sphere\"\nradius = 0.1\nior_below = 1.5\n");
+    EXPECT_FALSE(drop.index->objects().at(0).enclosed);
+    EXPECT_FALSE(water("").medium.present());
 }
 
 TEST(GradedMedia, AreRefusedByNameWhereRaysAreStraight) {
