@@ -218,7 +218,7 @@ private:
 void Launch::heightField(const Lattice& lattice, LaunchTotals& totals) {
     RefineOptions refine = options_.refine;
     const bool uniform = options_.cells > 0 || options_.spacing > 0;
-    if (uniform || !std::isfinite(tracer_.surface().height_field->featureSize())) refine.tolerance = 0;
+    if (uniform || bendsNowhere(tracer_)) refine.tolerance = 0;
     const auto batch = std::max<std::int64_t>(1, kBatchCells / (std::int64_t{kBlockCells} * lattice.columns));
     const StripLaunch strips(tracer_, obstacles_, lattice, refine);
     inBatches((lattice.rows + kBlockCells - 1) / kBlockCells, batch, totals,

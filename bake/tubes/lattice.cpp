@@ -14,11 +14,16 @@
 namespace photic {
 namespace {
 
-// How much light bends over steps of `step` [m] at some scattered points of the surface: second differences [voxels].
-std::vector<double> probedBends(const PathTracer& tracer, const LaunchDomain& domain, double step) {
+// What light does over steps of `step` [m] at some scattered points of the surface.
+struct Probes {
+    std::vector<double> bends;  ///< second differences of where it lands [voxels]
+    double fading = 0;          ///< most by which neighbours fade apart
+};
+
+Probes probed(const PathTracer& tracer, const LaunchDomain& domain, double step) {
     constexpr int kProbes = 256;
     const PathComparison compare(tracer);
-    std::vector<double> bends;
+    Probes probes;
     for (int i = 0; i < kProbes; ++i) {
         const glm::dvec2 uv = domain.min + scatteredPoint(i) * (domain.max - domain.min);
         const auto path = [&](double du, double dv) {
@@ -29,12 +34,13 @@ std::vector<double> probedBends(const PathTracer& tracer, const LaunchDomain& do
         double most = 0;
         for (const glm::dvec2 s : {glm::dvec2(step, 0), glm::dvec2(0, step), glm::dvec2(step, step)}) {
             const Path a = path(-s.x, -s.y), b = path(s.x, s.y);
-            if (compare.canShareTube(a, b) && compare.canShareTube(a, middle))
-                most = std::max(most, compare.bend(a, middle, b));
+            if (!compare.canShareTube(a, b) || !compare.canShareTube(a, middle)) continue;
+            most = std::max(most, compare.bend(a, middle, b));
+            probes.fading = std::max(probes.fading, compare.fadesApart(a, middle));
         }
-        bends.push_back(most);
+        probes.bends.push_back(most);
     }
-    return bends;
+    return probes;
 }
 
 // Cells [voxels] that cost least. A ray of the lattice costs 1; where cells bend more than the tolerance a block of
@@ -65,15 +71,22 @@ glm::dvec2 wantedCells(const PathTracer& tracer, const LaunchDomain& domain, con
     const double voxel = std::min(glm::length(frame.worldFromIndex()[0]), glm::length(frame.worldFromIndex()[1]));
     if (options.cells > 0) return glm::dvec2(options.cells);
     if (options.spacing > 0) return extent / (options.spacing * voxel);
-    if (!std::isfinite(surface.featureSize())) return glm::dvec2(1);
+    if (bendsNowhere(tracer)) return glm::dvec2(1);
     // Bends are probed over steps that the surface is smooth over.
     const double step = std::min(voxel, 0.5 * surface.featureSize()), in_voxels = step / voxel;
-    std::vector<double> bends = probedBends(tracer, domain, step);
-    for (double& bend : bends) bend /= in_voxels * in_voxels;
-    return extent / std::min(cheapestSpacing(bends, options.refine.tolerance) * voxel, surface.featureSize());
+    Probes probes = probed(tracer, domain, step);
+    for (double& bend : probes.bends) bend /= in_voxels * in_voxels;
+    const double bending = cheapestSpacing(probes.bends, options.refine.tolerance),
+                 fading =
+                     std::max(1.0, kFading * options.refine.tolerance * in_voxels / std::max(probes.fading, 1e-30));
+    return extent / std::min(std::min(bending, fading) * voxel, surface.featureSize());
 }
 
 }  // namespace
+
+bool bendsNowhere(const PathTracer& tracer) {
+    return tracer.emission().parallel() && !std::isfinite(tracer.surface().height_field->featureSize());
+}
 
 Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options) {
     const glm::dvec2 extent = domain.max - domain.min, cells = wantedCells(tracer, domain, options);

@@ -19,6 +19,9 @@ struct Lattice {
     }
 };
 
+/// Whether all rays are alike: a sun's through level water. A lamp's are not.
+bool bendsNowhere(const PathTracer& tracer);
+
 /// The lattice that the options ask for; where they leave it open, the one that costs least, refinement included.
 /// @throws Error{Input} for more than 1e10 cells
 Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options);

@@ -141,6 +141,19 @@ bool PathComparison::startsApart(const Path& a, const Path& b) const {
            std::min(p, q) < std::max(sense * low, sense * high);
 }
 
+double PathComparison::fadesApart(const Path& a, const Path& b) const {
+    if (a.outcome != PathOutcome::Lit || b.outcome != PathOutcome::Lit) return 0;
+    const glm::dvec3 extinction = optics_.medium(a.medium).extinction();
+    const double most = largest(extinction);
+    if (!(most > 0)) return 0;
+    const glm::dvec3 p = frame_.indexFromWorld(a.position), d = frame_.indexDirection(a.direction);
+    const glm::dvec3 q = frame_.indexFromWorld(b.position), e = frame_.indexDirection(b.direction);
+    const int axis = mainAxis(d + e);
+    if (!(d[axis] * e[axis] > 0)) return 0;
+    const double way = std::min({1 / most, a.end_distance, std::max(frame_.exitDistance(p, d), 0.0)});
+    return most * std::fabs(way - (p[axis] + way * d[axis] - q[axis]) / e[axis]);
+}
+
 bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
@@ -188,7 +201,7 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (standsBetween(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.standApart(a, b))) return true;
-    return bendsTooMuch(a, b, m);
+    return fadesTooMuch(a, b, width) || bendsTooMuch(a, b, m);
 }
 
 bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
@@ -198,6 +211,12 @@ bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {
     const double coarser = std::sqrt(std::clamp(compare_.share(a, b) / options_.full_share, kFaintest, 1.0));
     // Paths half an edge apart: a quarter of the second difference over the edge.
     return 4 * compare_.bend(a, m, b) * coarser > options_.tolerance;
+}
+
+// Within a voxel nobody sees it.
+bool Refiner::fadesTooMuch(const Path& a, const Path& b, double width) const {
+    return options_.tolerance > 0 && width > 1 && compare_.fadesApart(a, b) > kFading * options_.tolerance &&
+           !compare_.missesGrid(a, b);
 }
 
 bool Refiner::standsBetween(const Path& a, const Path& b, double width) const {
@@ -216,7 +235,8 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
     const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
     edge.split =
         bend > options_.tolerance || lamp == Emission::Between::Uneven || lamp == Emission::Between::Narrow ||
-        (width > options_.silhouette && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b))));
+        (width > options_.silhouette && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b)))) ||
+        fadesTooMuch(a, b, width);
     if (edge.split) traceMiddle(edge, param, face);
 }
 

@@ -24,6 +24,10 @@ struct RefineOptions {
     const Monitor* monitor = nullptr;  ///< asked now and then whether to stop; null: nobody is
 };
 
+/// Optical thickness by which the edges of a tube may differ, per voxel of tolerance: light that is up to that much too
+/// bright on one side and too faint on the other.
+inline constexpr double kFading = 0.1;
+
 /// How well two neighbouring paths, and what is between them, are told by a tube. The questions that refinement asks;
 /// each depends on the paths that it is given and on nothing else.
 class PathComparison {
@@ -31,6 +35,7 @@ public:
     /// @param tracer  must outlive the object
     explicit PathComparison(const PathTracer& tracer)
         : frame_(tracer.optics().frame()),
+          optics_(tracer.optics()),
           emission_(tracer.emission()),
           ends_matter_(!tracer.optics().caster().planesOnly()) {}
 
@@ -49,6 +54,9 @@ public:
     bool endsApart(const Path& a, const Path& b) const;
     /// Their starts: as of light that leaves level water at a low angle.
     bool startsApart(const Path& a, const Path& b) const;
+    /// How much more of its light one path has left than the other where a medium has taken a good part of it, or
+    /// where the first of them ends: in optical thicknesses. Inside of a tube light is the same across its way.
+    double fadesApart(const Path& a, const Path& b) const;
     /// A step in depth inside one object is a silhouette too.
     bool stepsInDepth(const Path& a, const Path& middle, const Path& b) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
@@ -69,6 +77,7 @@ private:
     glm::dvec3 landing(const Path& path) const;
 
     const GridFrame& frame_;
+    const OpticalScene& optics_;
     const Emission& emission_;
     bool ends_matter_;
 };
@@ -103,6 +112,7 @@ private:
     bool isFineEnough(const Path& a, const Path& b, double width) const;
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
+    bool fadesTooMuch(const Path& a, const Path& b, double width) const;
     bool standsBetween(const Path& a, const Path& b, double width) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 
