@@ -98,7 +98,8 @@ std::optional<Violation> brokenByMoving(const SceneModel& scene, const Baked& he
     // Tubes as wide as voxels, or wider, are cut elsewhere.
     if (scene.options.find("spacing") != std::string::npos || scene.options.find("mesh") != std::string::npos)
         return std::nullopt;
-    const glm::ivec3 step(5, -3, 2);
+    // Waves are summed over blocks of 8^3 voxels, and tell them apart where a wave is as long as a voxel.
+    const glm::ivec3 step = scene.method == "wave" ? glm::ivec3(8, -16, 8) : glm::ivec3(5, -3, 2);
     SceneModel moved = scene;
     moved.shift += step;
     const Baked there = bakeModel(moved, directory);
