@@ -27,6 +27,12 @@ constexpr double kSecondsAPrefilteredVoxel = 2.1e-8, kSecondsADensityVoxel = 4e-
 /// Whole bytes of an estimate, which may exceed what an integer holds.
 std::int64_t wholeBytes(double bytes) { return static_cast<std::int64_t>(std::min(bytes, 8e18)); }
 
+/// Leaves of a box, at most.
+double tableOf(const GridFrame& frame) {
+    const glm::dvec3 leaves = (glm::dvec3(frame.size()) + 7.0) / 8.0 + 1.0;
+    return leaves.x * leaves.y * leaves.z;
+}
+
 }  // namespace
 
 double BakeCost::seconds() const {
@@ -37,10 +43,17 @@ double BakeCost::seconds() const {
 
 BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
                   const BakeChoices& choices) {
-    const glm::dvec3 box_leaves = (glm::dvec3(frame.size()) + 7.0) / 8.0 + 1.0;
-    const double table = box_leaves.x * box_leaves.y * box_leaves.z;
-    const double voxels = static_cast<double>(needed ? needed->count() : frame.voxelCount());
-    const double leaves = needed ? needed->leafCount() : table;
+    if (needed)
+        return bakeCost(scene, method, frame,
+                        NeededCount{static_cast<double>(needed->count()), static_cast<double>(needed->leafCount())},
+                        choices);
+    return bakeCost(scene, method, frame, NeededCount{static_cast<double>(frame.voxelCount()), tableOf(frame)},
+                    choices);
+}
+
+BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededCount& needed,
+                  const BakeChoices& choices) {
+    const double table = tableOf(frame), voxels = needed.voxels, leaves = needed.leaves;
     const GridSet& grids = scene.bake.grids;
     const int channels = (scene.coloured() ? 3 : 1) + (grids.direction ? 3 : 0);
     const int scalars = int(grids.caustic) + int(grids.density) + int(grids.arrival_time);

@@ -25,6 +25,13 @@ struct BakeCost {
 BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededVoxels* needed,
                   const BakeChoices& choices);
 
+/// What of a frame is baked.
+struct NeededCount {
+    double voxels = 0, leaves = 0;
+};
+BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededCount& needed,
+                  const BakeChoices& choices);
+
 /// "about 41 MB and 0.6 s": of the file, and of the bake.
 std::string wordsOf(const BakeCost& cost, double slower = 1);
 

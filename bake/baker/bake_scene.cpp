@@ -112,6 +112,7 @@ std::map<std::string, std::string> metadataOf(const Scene& scene, const Method& 
         {"frame", fmt::format("{}", scene.frame)},
         {"ledger", ledgerText(result.report)},
         {"scene_hash", inputHash(scene, method, choices)}};
+    if (choices.tile) metadata["tile"] = tileText(result.field.needed(), *choices.tile);
     if (scene.medium.present()) {
         metadata["scattering"] = perChannel(scene.medium.scattering);
         metadata["absorption"] = perChannel(scene.medium.absorption);
@@ -142,11 +143,16 @@ LightVolume makeVolume(const Scene& scene, std::map<std::string, std::string> me
     return volume;
 }
 
-std::optional<LightVolume> makeStandardError(const Method& method, double reference, BakeResult& result) {
+std::optional<LightVolume> makeStandardError(const Scene& scene, const Method& method, const BakeChoices& choices,
+                                             BakeResult& result) {
     if (!result.standard_error) return std::nullopt;
-    LightVolume volume{std::move(*result.standard_error), reference, true, false, {}, {}};
-    volume.metadata = {
-        {"version", "1"}, {"method", method.name}, {"quantity", "standard error of the mean irradiance"}};
+    LightVolume volume{std::move(*result.standard_error), scene.referenceIrradiance(), true, false, {}, {}};
+    volume.metadata = {{"version", "1"},
+                       {"method", method.name},
+                       {"quantity", "standard error of the mean irradiance"},
+                       {"frame", fmt::format("{}", scene.frame)},
+                       {"scene_hash", inputHash(scene, method, choices)}};
+    if (choices.tile) volume.metadata["tile"] = tileText(volume.field.needed(), *choices.tile);
     if (result.path_count) volume.scalars.emplace("path_count", std::move(*result.path_count));
     return volume;
 }
@@ -242,8 +248,9 @@ std::vector<std::string> skippedByAsking(const Scene& scene, const NeededVoxels&
     std::vector<std::string> skipped;
     if (!scene.bake.grids.direction) skipped.emplace_back("direction: not asked for");
     if (!scene.coloured()) skipped.emplace_back("colour: light and medium are white");
-    if (!needed.isEverything())
-        skipped.push_back(fmt::format("{} voxels that nobody needs", needed.frame().voxelCount() - needed.count()));
+    if (!needed.whole().isEverything())
+        skipped.push_back(
+            fmt::format("{} voxels that nobody needs", needed.frame().voxelCount() - needed.whole().count()));
     return skipped;
 }
 
@@ -294,7 +301,7 @@ std::shared_ptr<const NeededVoxels> findNeeded(const Scene& scene, const Method&
     // The box alone may be more than the machine can hold: find out before a table of it is made.
     constexpr std::int64_t kManyVoxels = 100000000;
     const GridFrame frame = sceneFrame(scene);
-    if (scene.bake.where == Where::Everywhere && frame.voxelCount() > kManyVoxels)
+    if (scene.bake.where == Where::Everywhere && frame.voxelCount() > kManyVoxels && !choices.tile)
         checkMemory(bakeCost(scene, method, frame, nullptr, choices), choices);
     for (const std::string& warning : sceneWarnings(scene)) monitor.warn(warning);
     warnOfReceiversAtTheEdge(scene, frame, monitor);
@@ -305,7 +312,7 @@ std::shared_ptr<const NeededVoxels> findNeeded(const Scene& scene, const Method&
 /// What every method's report has.
 void fillReport(const Scene& scene, const NeededVoxels& needed, double needed_seconds, BakeReport& report) {
     report.reference_irradiance = scene.referenceIrradiance();
-    report.needed_voxels = needed.count();
+    report.needed_voxels = needed.tileCount();
     report.threads = threadCount();
     report.instruction_set = name(bestInstructionSet());
     report.seconds.insert(report.seconds.begin(), {"needed", needed_seconds});
@@ -335,7 +342,8 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     const GivenOptions& options = givenOptions(scene, method);
     checkMethodTables(scene);
 
-    const auto needed = findNeeded(scene, method, choices, monitor);
+    auto needed = findNeeded(scene, method, choices, monitor);
+    if (choices.tile) needed = cutTile(scene, method, std::move(needed), *choices.tile, choices.post);
     const BakeCost cost = bakeCost(scene, method, needed->frame(), needed.get(), choices);
     checkMemory(cost, choices);
     if (choices.expect) choices.expect(cost.stages);
@@ -347,12 +355,12 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     monitor.checkCancelled();
     BakeReport& report = result.report;
     warnOfLightGivenUp(scene, report.power, monitor);
-    if (scene.bake.grids.irradiance && isDark(result)) monitor.warn(darkBakeWarning(report.power));
+    if (scene.bake.grids.irradiance && !choices.tile && isDark(result)) monitor.warn(darkBakeWarning(report.power));
     fillReport(scene, *needed, needed_seconds, report);
     if (scene.bake.prefilter) prefilter(result, monitor);
     report.field_bytes = result.field.bytes() + (result.second ? result.second->bytes() : 0);
 
-    std::optional<LightVolume> standard_error = makeStandardError(method, scene.referenceIrradiance(), result);
+    std::optional<LightVolume> standard_error = makeStandardError(scene, method, choices, result);
     watch.lap();
     if (scene.bake.grids.density) monitor.progress("density", 0);
     LightVolume volume = makeVolume(scene, metadataOf(scene, method, choices, result), result);

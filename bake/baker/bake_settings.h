@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "bake/baker/bake_tile.h"
 #include "bake/file/vdb.h"
 #include "bake/methods/catalogue.h"
 #include "bake/scene/scene.h"
@@ -29,6 +31,7 @@ struct BakeChoices {
     double budget_bytes = 256e6;        ///< that a bake which chooses its voxels for an error may write
     double seconds = 10;                ///< that it may take
     std::int64_t max_memory_bytes = 0;  ///< a bake that would take more is refused; 0: what the machine has
+    std::optional<Tile> tile = {};      ///< of the volume that is baked; none: all of it
     /// Told the stages that Monitor::progress is going to name, one after the other, as soon as they are known. What
     /// counts is how long they take beside one another: a bar then moves evenly.
     std::function<void(const std::vector<Stage>&)> expect = {};

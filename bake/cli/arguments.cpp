@@ -32,12 +32,6 @@ constexpr const char* kExitCodes =
     "Exit codes: 0 done, 1 a check found more than was allowed, 2 usage, 3 input, 4 bake or write failed, 75 try "
     "again, 130 interrupted. Data goes to stdout, messages to stderr.";
 
-// Verbs that are meant to come, refused by name.
-struct PlannedVerb {
-    std::string_view name, what;
-};
-constexpr PlannedVerb kPlannedVerbs[] = {{"merge", "summing tiles and batches"}};
-
 /// One verb of the program: all that the rest of it knows of the verb.
 struct VerbRow {
     std::string name, summary;
@@ -66,7 +60,8 @@ const std::vector<VerbRow>& verbTable() {
         verb<BakeArguments>(
             "bake", "Bake a scene into a light volume",
             {"photic bake pool.toml -o out/pool.vdb", "photic bake room.glb -o out/room.vdb",
-             "photic bake pool.toml --dry-run", "photic bake waves.toml --frames 1-48 -o out/waves.####.vdb"},
+             "photic bake pool.toml --dry-run", "photic bake waves.toml --frames 1-48 -o out/waves.####.vdb",
+             "photic bake pool.toml --tile 3/8 -o out/pool.vdb"},
             bindBake, methodNotes),
         verb<SceneArguments>("scene", "Write what a glTF is taken for as a scene file, to change it",
                              {"photic scene room.glb -o room.toml"}, bindScene),
@@ -90,6 +85,8 @@ const std::vector<VerbRow>& verbTable() {
                                 {"photic voxelise ball.ply --ior 1.5 --voxel-size 0.002 -o ball.vdb",
                                  "photic voxelise wine_glass.toml --smooth 1 -o wine_glass.vdb"},
                                 bindVoxelise),
+        verb<MergeArguments>("merge", "Join the tiles of a volume that was baked in parts",
+                             {"photic merge out/pool.tile*.vdb -o out/pool.vdb"}, bindMerge),
         verb<MethodsArguments>("methods", "List the bake methods and their options", {"photic methods"}, bindMethods),
         verb<PostArguments>("post", "Sharpen or dissipate the caustic grid of a volume",
                             {"photic post pool.vdb --step sharpen=0.5,0.8 -o sharp.vdb"}, bindPost),
@@ -155,12 +152,6 @@ const VerbRow& rowNamed(const std::string& name) {
     for (const VerbRow& row : verbTable()) {
         if (row.name == name) return row;
         known.push_back(row.name);
-    }
-    for (const PlannedVerb& planned : kPlannedVerbs) {
-        if (planned.name == name) {
-            throw Error(ErrorCode::Usage, fmt::format("'{}' ({}) is not built yet; built are: {}", name, planned.what,
-                                                      fmt::join(known, ", ")));
-        }
     }
     const std::string near = nearestName(name, known);
     throw Error(ErrorCode::Usage,

@@ -12,6 +12,7 @@
 
 #include "bake/baker/bake_cost.h"
 #include "bake/baker/bake_scene.h"
+#include "bake/baker/bake_slabs.h"
 #include "bake/baker/error_goal.h"
 #include "bake/baker/lookup_advice.h"
 #include "bake/baker/post_steps.h"
@@ -57,6 +58,8 @@ BakeChoices choicesOf(const BakeArguments& arguments) {
     const auto measure = std::find(kMeasureNames.begin(), kMeasureNames.end(), arguments.measure);
     choices.measure = static_cast<Measure>(measure - kMeasureNames.begin());
     choices.detail = arguments.detail.value_or(0);
+    choices.tile = arguments.tile;
+    if (choices.tile) choices.measure = Measure::Nothing;  // what lies beside it is dark
     return choices;
 }
 
@@ -73,14 +76,18 @@ std::string standardErrorPath(const BakeArguments& arguments, int frame) {
     return outputPath(named, frame);
 }
 
-/// True when `path` is a volume that was baked from these very inputs.
-bool upToDate(const std::string& path, const std::string& hash) {
+/// True when `path` is a volume, or this tile of one, that was baked from these very inputs.
+bool upToDate(const std::string& path, const std::string& hash, const std::optional<Tile>& tile) {
     std::error_code ignored;
     if (!fs::is_regular_file(path, ignored)) return false;
     try {
         const auto metadata = readVdb(path).metadata;
         const auto found = metadata.find("scene_hash");
-        return found != metadata.end() && found->second == hash;
+        if (found == metadata.end() || found->second != hash) return false;
+        const auto place = metadata.find("tile");
+        if (!tile || place == metadata.end()) return !tile && place == metadata.end();
+        const auto placed = readTile(place->second);
+        return placed && placed->tile.name() == tile->name();
     } catch (const Error&) {
         return false;  // damaged: bake it again
     }
@@ -112,6 +119,39 @@ void summarise(Terminal& terminal, const std::string& output, const std::string&
     if (!report.skipped.empty()) terminal.say(fmt::format("  skipped: {}", fmt::join(report.skipped, "; ")));
 }
 
+/// What was baked and is written, but for its last name.
+struct Written {
+    BakeReport report;
+    GridFrame grid;
+};
+
+Written bakeWhole(const BakeArguments& arguments, const Scene& scene, const std::string& output, OutputSet& outputs,
+                  Terminal& terminal, const BakeChoices& choices) {
+    BakedScene baked = bakeToError(scene, terminal, choices);
+    const auto start = std::chrono::steady_clock::now();
+    terminal.progress("write", 0);
+    if (!arguments.standard_error_file.empty())
+        writeVdb(outputs, standardErrorPath(arguments, scene.frame), *baked.standard_error, arguments.file);
+    // The volume last: whoever finds it finds its standard error too.
+    baked.report.active_voxels = writeVdb(outputs, output, baked.volume, arguments.file);
+    baked.report.seconds.emplace_back("write", secondsSince(start));
+    return {std::move(baked.report), baked.volume.field.frame()};
+}
+
+/// As bakeWhole, a part after another.
+Written bakeBySlabs(const BakeArguments& arguments, const Scene& scene, int slabs, CheckedFile& output,
+                    Terminal& terminal, const BakeChoices& choices) {
+    if (!arguments.standard_error_file.empty())
+        throw Error(ErrorCode::Failed,
+                    fmt::format("the bake does not fit its memory whole, and in {} slabs no standard error is written; "
+                                "leave it out, use a larger voxel_size, or allow more memory",
+                                slabs),
+                    "--standard-error");
+    terminal.note(fmt::format("the bake does not fit its memory whole, and is done in {} slabs", slabs));
+    BakedSlabs baked = bakeInSlabs(scene, slabs, output, terminal, choices);
+    return {std::move(baked.report), baked.frame};
+}
+
 /// One frame from file to file. Fills its report document as far as it comes. Returns the hash of the frame's scene.
 std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& terminal, Json& document) {
     const int frame_number = document["frame"].get<int>();
@@ -132,7 +172,8 @@ std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Term
     const std::string hash = inputHash(scene, method, choices);
     document["scene_hash"] = hash;
     document["settings"] = Json::parse(settingsText(scene, method, choices));
-    const bool kept = arguments.frames && !arguments.force && upToDate(output, hash) &&
+    const bool kept = (arguments.frames || arguments.tile) && !arguments.force &&
+                      upToDate(output, hash, arguments.tile) &&
                       (!wants_error || fs::exists(standardErrorPath(arguments, frame_number)));
     if (kept) {
         terminal.say(output + ": unchanged, kept");
@@ -144,27 +185,21 @@ std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Term
 
     const std::vector<std::string> scene_warnings = terminal.takeWarnings();
     choices.expect = [&terminal](const std::vector<Stage>& stages) { terminal.expect(stages); };
-    BakedScene baked = bakeToError(scene, terminal, choices);
-    BakeReport& report = baked.report;
+    const int slabs = slabsToFit(scene, terminal, choices).slabs;
+    Written written = slabs > 1 ? bakeBySlabs(arguments, scene, slabs, outputs.open(output), terminal, choices)
+                                : bakeWhole(arguments, scene, output, outputs, terminal, choices);
+    BakeReport& report = written.report;
     report.seconds.insert(report.seconds.begin(), {"scene", scene_seconds});
     report.warnings.insert(report.warnings.begin(), scene_warnings.begin(), scene_warnings.end());
     terminal.takeWarnings();
-
-    start = std::chrono::steady_clock::now();
-    terminal.progress("write", 0);
-    if (wants_error)
-        writeVdb(outputs, standardErrorPath(arguments, frame_number), *baked.standard_error, arguments.file);
-    // The volume last: whoever finds it finds its standard error too.
-    report.active_voxels = writeVdb(outputs, output, baked.volume, arguments.file);
     const std::int64_t file_bytes = outputs.pendingBytes(output);
     outputs.commit();
-    report.seconds.emplace_back("write", secondsSince(start));
     terminal.progress("write", 1);
 
-    const GridFrame& frame = baked.volume.field.frame();
-    summarise(terminal, output, method.name, frame, report, file_bytes);
-    document["grid"] = toJson(frame);
+    summarise(terminal, output, method.name, written.grid, report, file_bytes);
+    document["grid"] = toJson(written.grid);
     document["file_bytes"] = file_bytes;
+    if (slabs > 1) document["slabs"] = slabs;
     document.update(toJson(report));
     return scene.hash;
 }
@@ -223,6 +258,16 @@ Scene checkInputs(const BakeArguments& arguments, const FrameRange& range, Termi
     return std::move(*first);
 }
 
+/// As slabsToFit; none where the bake would be refused.
+SlabPlan slabsIfAny(const Scene& scene, Terminal& terminal, const BakeChoices& choices) {
+    try {
+        if (!choices.tile) return slabsToFit(scene, terminal, choices);
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::Failed) throw;
+    }
+    return {0, {}};
+}
+
 int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& terminal) {
     const int frames = range.last - range.first + 1;
     const std::string output = outputPath(arguments, range.first);
@@ -234,19 +279,25 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
     const GridFrame frame = sceneFrame(scene);
     BakeCost cost = bakeCost(scene, method, frame, nullptr, choices);
     const std::int64_t limit = memoryLimit(choices);
-    if (scene.bake.where != Where::Everywhere && cost.leaves < limit / 100) {
-        const NeededVoxels needed = sceneNeededVoxels(scene, frame, terminal);
-        cost = bakeCost(scene, method, frame, &needed, choices);
+    if (choices.tile || (scene.bake.where != Where::Everywhere && cost.leaves < limit / 100)) {
+        auto needed = std::make_shared<const NeededVoxels>(sceneNeededVoxels(scene, frame, terminal));
+        if (choices.tile) needed = cutTile(scene, method, std::move(needed), *choices.tile, choices.post);
+        cost = bakeCost(scene, method, frame, needed.get(), choices);
     }
-    const bool fits = cost.memory_bytes <= limit;
-    const double seconds = cost.seconds() * frames;
-    terminal.say(fmt::format(
-        "{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on "
-        "disk, {:.2g} s{} with {} on {} threads (an estimate, good to a factor of two on a quiet machine)",
-        output, static_cast<double>(cost.needed_voxels), static_cast<double>(frame.voxelCount()),
-        static_cast<double>(cost.leaves), static_cast<double>(cost.memory_bytes) * 1e-6,
-        fits ? "" : " (more than there is: it would be refused)", static_cast<double>(cost.file_bytes) * 1e-6, seconds,
-        frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
+    const SlabPlan plan = cost.memory_bytes <= limit ? SlabPlan{} : slabsIfAny(scene, terminal, choices);
+    const int slabs = plan.slabs;
+    // All light is traced for each slab.
+    const double seconds = (slabs > 1 ? slabs * plan.each.seconds() : cost.seconds()) * frames;
+    terminal.say(
+        fmt::format("{}: about {:.4g} of {:.4g} voxels needed in {:.4g} leaves, {:.0f} MB of memory{}, {:.0f} MB on "
+                    "disk, {:.2g} s{} with {} on {} threads (an estimate, good to a factor of two on a quiet machine)",
+                    output, static_cast<double>(cost.needed_voxels), static_cast<double>(frame.voxelCount()),
+                    static_cast<double>(cost.leaves), static_cast<double>(cost.memory_bytes) * 1e-6,
+                    slabs == 1  ? ""
+                    : slabs > 1 ? fmt::format(" (more than there is: it would be baked in {} slabs)", slabs)
+                                : " (more than there is: it would be refused)",
+                    static_cast<double>(cost.file_bytes) * 1e-6, seconds,
+                    frames > 1 ? fmt::format(" for {} frames", frames) : "", method.name, threadCount()));
     if (const double goal = errorGoal(scene.bake); goal > 0)
         terminal.say(fmt::format("  that is for voxels of {:.3g} mm; the bake chooses its own for an error of {:g} %",
                                  1000 * scene.domain.voxel_size, 100 * goal));
@@ -264,7 +315,8 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
                {"leaves", cost.leaves},
                {"memory_bytes", cost.memory_bytes},
                {"memory_limit_bytes", limit},
-               {"fits", fits},
+               {"fits", slabs > 0},
+               {"slabs", slabs},
                {"file_bytes", cost.file_bytes},
                {"seconds", seconds},
                {"dearest", cost.dearest}});
@@ -274,9 +326,11 @@ int dryRun(const BakeArguments& arguments, const FrameRange& range, Terminal& te
 }
 
 Json newDocument(const BakeArguments& arguments, int frame) {
-    return {{"schema", "photic-report-1"}, {"program", programName()},
-            {"scene", arguments.scene},    {"frame", frame},
-            {"up_to_date", false},         {"output", outputPath(arguments, frame)}};
+    Json document{{"schema", "photic-report-1"}, {"program", programName()},
+                  {"scene", arguments.scene},    {"frame", frame},
+                  {"up_to_date", false},         {"output", outputPath(arguments, frame)}};
+    if (arguments.tile) document["tile"] = arguments.tile->name();
+    return document;
 }
 
 /// Bakes all frames; those whose inputs cannot be used are told and left out.

@@ -155,9 +155,15 @@ void applySettings(const BakeArguments& arguments, Scene& scene) {
             throw Error(ErrorCode::Usage, "--error chooses the voxels; give it or a voxel size", "--error");
         bake.error.reset();
     }
-    // Frames of a sequence share their voxels.
-    if (bake.error || arguments.voxel_size || arguments.resolution || arguments.frames || arguments.measure == "no")
+    // Frames of a sequence share their voxels, and so do tiles.
+    if (bake.error || arguments.voxel_size || arguments.resolution || arguments.frames || arguments.tile ||
+        arguments.measure == "no")
         bake.sizes_itself = false;
+    if (bake.error && arguments.tile)
+        throw Error(ErrorCode::Usage,
+                    "an error chooses the voxels by the whole volume, and tiles share theirs; bake the volume so once, "
+                    "and its tiles with the --voxel-size that it comes to",
+                    arguments.error.empty() ? "error" : "--error");
     if (bake.error && arguments.frames)
         throw Error(ErrorCode::Usage,
                     "an error chooses the voxels of each frame for itself, and frames of a sequence share theirs; bake "
@@ -190,7 +196,16 @@ std::string outputPath(const BakeArguments& arguments, int frame) {
             fmt::format("output '{}' does not end in .vdb; other formats are written by photic export", path.string()),
             "-o");
     }
-    return arguments.frames ? withFrame(path.string(), frame) : path.string();
+    const std::string of_frame = arguments.frames ? withFrame(path.string(), frame) : path.string();
+    return arguments.tile ? withTile(of_frame, *arguments.tile) : of_frame;
+}
+
+std::string withTile(const std::string& given, const Tile& tile) {
+    const fs::path path(given);
+    const std::size_t digits = std::to_string(tile.count).size();
+    const std::string name = fmt::format("{}.tile{:0{}}of{}{}", path.stem().string(), tile.index, digits, tile.count,
+                                         path.extension().string());
+    return (path.parent_path() / name).string();
 }
 
 std::string withFrame(const std::string& given, int frame) {

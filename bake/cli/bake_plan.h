@@ -13,8 +13,11 @@ namespace photic::cli {
 /// @throws Error{Usage} for the command line's values, Error{Input} for the scene's
 void applySettings(const BakeArguments& arguments, Scene& scene);
 
-/// The file that a bake writes: `frame` goes in for "####", or before the extension.
+/// The file that a bake writes: `frame` goes in for "####", or before the extension; and the tile.
 std::string outputPath(const BakeArguments& arguments, int frame);
+
+/// `path` with the tile's number before its extension: "pool.tile3of8.vdb".
+std::string withTile(const std::string& path, const Tile& tile);
 
 /// `path` with `frame` for its "####", or before its extension.
 std::string withFrame(const std::string& path, int frame);

@@ -48,6 +48,23 @@ FrameRange parseFrames(const std::string& text) {
     return range;
 }
 
+/// "3/8".
+Tile parseTile(const std::string& text) {
+    Tile tile;
+    int used = 0;
+    constexpr int kMostTiles = 100000;
+    if (std::sscanf(text.c_str(), "%6d/%6d%n", &tile.index, &tile.count, &used) != 2 ||
+        used != static_cast<int>(text.size()))
+        throw Error(ErrorCode::Usage, fmt::format("'{}' is no tile; write --tile 3/8 for the third of eight", text),
+                    "--tile");
+    if (tile.count < 1 || tile.count > kMostTiles || tile.index < 1 || tile.index > tile.count)
+        throw Error(ErrorCode::Usage,
+                    fmt::format("there is no tile {}; tiles are numbered from 1 to their count, which is at most {}",
+                                tile.name(), kMostTiles),
+                    "--tile");
+    return tile;
+}
+
 /// One of some words, which its help shows as its value: "bar|json|none".
 void oneOf(CLI::Option* option, const std::vector<std::string>& words) {
     option->type_name(fmt::format("{}", fmt::join(words, "|")));
@@ -123,7 +140,13 @@ void bindRun(CLI::App& app, BakeArguments& a) {
               "--frames", [&a](const std::string& text) { a.frames = parseFrames(text); },
               "Frames of an animated scene, for instance 1-48; writes NAME.0001.vdb ... Unchanged frames are kept"),
           "A-B");
-    app.add_flag("--force", a.force, "Bake frames again even when their inputs have not changed");
+    value(
+        app.add_option_function<std::string>(
+            "--tile", [&a](const std::string& text) { a.tile = parseTile(text); },
+            "One of N tiles of the volume, for instance 3/8, for photic merge; writes NAME.tile3of8.vdb. An unchanged "
+            "tile is kept"),
+        "I/N");
+    app.add_flag("--force", a.force, "Bake frames and tiles again even when their inputs have not changed");
     app.add_flag("--dry-run", a.dry_run, "Check the inputs and estimate voxels, memory and time; bake nothing");
     value(app.add_option("--report", a.report_file, "Write the report as JSON to a file"), "FILE");
     app.add_flag("--json", a.json, "Print the report (or the estimate) as JSON on stdout");
@@ -366,6 +389,12 @@ void bindPost(CLI::App& app, PostArguments& a) {
     addStoredAs(app, a.file);
 }
 
+void bindMerge(CLI::App& app, MergeArguments& a) {
+    value(app.add_option("TILE", a.tiles, "All tiles of one volume (.vdb), in any order"), "FILE")->required();
+    value(app.add_option("-o,--output", a.output, "Volume to write"), "FILE")->required();
+    app.add_flag("--json", a.json, "Print what was merged as JSON on stdout");
+}
+
 void bindMethods(CLI::App& app, MethodsArguments& a) { app.add_flag("--json", a.json, "Print JSON on stdout"); }
 
 void bindCompletions(CLI::App& app, TextArguments& a) {
@@ -381,7 +410,8 @@ void bindShared(CLI::App& app, SharedArguments& a) {
     app.add_flag("-q,--quiet", a.quiet, "Say nothing but warnings and errors");
     within(value(app.add_option("--threads", a.threads, "Threads; 0 takes all cores. Results don't depend on it"), "N"),
            0, 1024);
-    value(app.add_option("--max-memory", a.max_memory_bytes, "Refuse or end what takes more memory, for instance 8GB")
+    value(app.add_option("--max-memory", a.max_memory_bytes,
+                         "Take no more memory, for instance 8GB: what would is baked in slabs, refused or ended")
               ->check(sizeNotNegative())
               ->transform(CLI::AsSizeValue(false)),
           "SIZE");

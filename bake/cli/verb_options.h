@@ -40,6 +40,7 @@ void bindSample(CLI::App& app, SampleArguments& arguments);
 void bindScene(CLI::App& app, SceneArguments& arguments);
 void bindVoxelise(CLI::App& app, VoxeliseArguments& arguments);
 void bindPost(CLI::App& app, PostArguments& arguments);
+void bindMerge(CLI::App& app, MergeArguments& arguments);
 void bindMethods(CLI::App& app, MethodsArguments& arguments);
 void bindCompletions(CLI::App& app, TextArguments& arguments);
 void bindMan(CLI::App& app, TextArguments& arguments);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/baker/bake_tile.h"
 #include "bake/cli/terminal.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/vdb.h"
@@ -21,6 +22,7 @@ struct BakeArguments {
     std::string scene;
     std::string output;  ///< empty: the scene's name with .vdb, in the current directory
     std::optional<FrameRange> frames;
+    std::optional<Tile> tile;
     bool dry_run = false, force = false, json = false;
     std::string report_file;
     std::string standard_error_file;
@@ -38,6 +40,12 @@ struct BakeArguments {
     std::optional<double> detail;   ///< [m] that they are measured on
     std::vector<std::string> grids;
     std::vector<std::string> post;  ///< steps on the caustic grid (post_steps.h)
+};
+
+struct MergeArguments {
+    std::vector<std::string> tiles;
+    std::string output;
+    bool json = false;
 };
 
 struct PostArguments {
@@ -141,6 +149,7 @@ int run(const SampleArguments& arguments, Terminal& terminal);
 int run(const VoxeliseArguments& arguments, Terminal& terminal);
 int run(const MethodsArguments& arguments, Terminal& terminal);
 int run(const PostArguments& arguments, Terminal& terminal);
+int run(const MergeArguments& arguments, Terminal& terminal);
 /// Becomes photic-view; returns only by throwing.
 int run(const ViewArguments& arguments, Terminal& terminal);
 

@@ -60,7 +60,7 @@ std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_
     const auto axes = axesFor(axis);
     const GridFrame& frame = needed.frame();
     std::vector<SlabGroup> groups;
-    for (const Slab& slab : cutSlabs(neededLayers(needed, axis), frame.min[axis], max_lanes)) {
+    for (const Slab& slab : cutSlabs(neededLayers(needed.whole(), axis), frame.min[axis], max_lanes)) {
         const bool shares = !groups.empty() && floorTo(slab.first, 8) <= groups.back().slabs.back().first +
                                                                              groups.back().slabs.back().active - 1;
         if (!shares) groups.emplace_back();

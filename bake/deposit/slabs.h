@@ -25,7 +25,8 @@ struct SlabGroup {
     bool rectangle = false;  ///< the tiles cover the whole frame: tubes are counted against the frame, not tile by tile
 };
 
-/// Cuts the needed voxels into groups of slabs along `axis`.
+/// Cuts the needed voxels into groups of slabs along `axis`. Those of a part are the whole's, in the part's tiles, so
+/// that its sums are too.
 /// @param max_lanes  4, 8 or 16
 std::vector<SlabGroup> planSlabs(const NeededVoxels& needed, int axis, int tile_size, int max_lanes);
 

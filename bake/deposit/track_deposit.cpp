@@ -174,12 +174,14 @@ TrackAccumulator<Real>::TrackAccumulator(const NeededVoxels& needed, FieldChanne
       leaves_(static_cast<std::size_t>(needed.leafCount()), nullptr),
       full_(static_cast<std::size_t>(needed.leafCount())) {
     for (int slot = 0; slot < needed.leafCount(); ++slot) full_[static_cast<std::size_t>(slot)] = needed.leafFull(slot);
-    if (needed.isEverything()) {
+    // A part's walks begin and end where the whole's do, so that their steps round alike.
+    const NeededVoxels& whole = needed.whole();
+    if (whole.isEverything()) {
         needed_low_ = box_low_, needed_high_ = box_high_;
         return;
     }
-    for (int slot = 0; slot < needed.leafCount(); ++slot) {
-        const glm::dvec3 leaf(needed.leafOrigin(slot));
+    for (int slot = 0; slot < whole.leafCount(); ++slot) {
+        const glm::dvec3 leaf(whole.leafOrigin(slot));
         needed_low_ = glm::min(needed_low_, leaf), needed_high_ = glm::max(needed_high_, leaf + 8.0);
     }
     needed_low_ = glm::max(needed_low_, box_low_), needed_high_ = glm::min(needed_high_, box_high_);
@@ -288,6 +290,9 @@ DepositedTrack TrackAccumulator<Real>::walk(const Track& track, const Ray& ray, 
                     out.touched = true;
                     counts[at.offset] += counted;
                     path += light.add(factor, leaf + at.offset * kStride);
+                } else if (needed_->isPart() && !out.touched) {
+                    out.touched = needed_->whole().contains(
+                        at.leaf_origin + glm::ivec3(at.offset >> 6, at.offset >> 3 & 7, at.offset & 7));
                 }
             }
             counted = 1;

@@ -26,7 +26,7 @@ struct Track {
 
 /// What a track left in the grid.
 struct DepositedTrack {
-    bool touched = false;  ///< at least one needed voxel was crossed
+    bool touched = false;  ///< at least one needed voxel was crossed, of the whole where it is a part
     double path = 0;  ///< integral of power along the track through needed voxels [W m], mean of the channels; found
                       ///< from the track's ends alone where every voxel of the grid is needed
 };

@@ -149,6 +149,7 @@ private:
         bounds_.resize(groups.size());
         parallelFor(static_cast<std::int64_t>(groups.size()), [&](std::int64_t i) {
             const auto g = static_cast<std::size_t>(i);
+            if (groups[g].tiles.empty()) return;
             for (const Slab& slab : groups[g].slabs) {
                 auto& row = bounds_[g].emplace_back(set_.blocks.size());
                 for (std::size_t b = 0; b < set_.blocks.size(); ++b)

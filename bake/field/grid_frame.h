@@ -17,6 +17,16 @@ inline int mainAxis(const glm::dvec3& v) {
     return a.z >= a.x && a.z >= a.y ? 2 : a.y >= a.x ? 1 : 0;
 }
 
+/// Voxels from min to max, both inside.
+struct VoxelBox {
+    glm::ivec3 min{0}, max{-1};
+    glm::ivec3 size() const { return max - min + 1; }
+    bool contains(const glm::ivec3& voxel) const {
+        return voxel.x >= min.x && voxel.y >= min.y && voxel.z >= min.z && voxel.x <= max.x && voxel.y <= max.y &&
+               voxel.z <= max.z;
+    }
+};
+
 /// An affine voxel grid: voxel (i,j,k) is centred at world = linear * (i,j,k) + origin.
 /// Index bounds are inclusive; the box that is covered reaches half a voxel further.
 class GridFrame {

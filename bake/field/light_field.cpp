@@ -120,9 +120,9 @@ std::int64_t LightField::bytes() const {
            static_cast<std::int64_t>(states_.capacity() * sizeof(LeafState) + data_.capacity() * sizeof(float*));
 }
 
-double LightField::sum(int channel) const {
+double LightField::sumOf(int channel, bool beside_tile) const {
     const auto leafSum = [&](int slot) {
-        if (state(slot) == LeafState::Empty) return 0.0;
+        if (state(slot) == LeafState::Empty || needed_->inTile(slot) == beside_tile) return 0.0;
         const auto& mask = needed_->mask(slot);
         const float* data = data_[static_cast<std::size_t>(slot)];
         if (state(slot) == LeafState::Constant) {

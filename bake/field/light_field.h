@@ -70,11 +70,14 @@ public:
 
     /// Bytes held, tables included.
     std::int64_t bytes() const;
-    /// Sum over the needed voxels of one channel, in double, in a fixed order.
-    double sum(int channel) const;
+    /// Sum over the needed voxels of one channel, in double, in a fixed order; of a part, over its tile.
+    double sum(int channel) const { return sumOf(channel, false); }
+    /// The same over what lies beside the tile of a part; 0 where it is none.
+    double sumBesideTile(int channel) const { return needed_->isPart() ? sumOf(channel, true) : 0.0; }
 
 private:
     struct Arena;
+    double sumOf(int channel, bool beside_tile) const;
     std::shared_ptr<const NeededVoxels> needed_;
     FieldChannels channels_;
     std::vector<LeafState> states_;

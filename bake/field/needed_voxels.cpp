@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <utility>
 
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -147,6 +148,33 @@ void NeededVoxels::finish() {
     leaf_origins_ = std::move(origins);
     masks_ = std::move(partial);
     leaf_count_ = static_cast<int>(leaf_origins_.size());
+}
+
+NeededVoxels NeededVoxels::partOf(std::shared_ptr<const NeededVoxels> whole, const VoxelBox& tile, int margin_leaves) {
+    NeededVoxels part = none(whole->frame());
+    const glm::ivec3 low = ((tile.min >> 3) - margin_leaves) * 8, high = ((tile.max >> 3) + margin_leaves) * 8;
+    if (whole->everything_) {
+        const glm::ivec3 first = glm::max(low, part.leaf_min_ * 8),
+                         last = glm::min(high, (part.leaf_min_ + part.leaf_size_ - 1) * 8);
+        for (int x = first.x; x <= last.x; x += 8)
+            for (int y = first.y; y <= last.y; y += 8)
+                for (int z = first.z; z <= last.z; z += 8) part.addLeaf({x, y, z}, kFull);
+    } else {
+        const VoxelBox leaves{low, high};
+        for (int slot = 0; slot < whole->leafCount(); ++slot)
+            if (leaves.contains(whole->leafOrigin(slot))) part.addLeaf(whole->leafOrigin(slot), whole->mask(slot));
+    }
+    part.finish();
+    part.whole_ = std::move(whole), part.tile_ = tile;
+    return part;
+}
+
+std::int64_t NeededVoxels::tileCount() const {
+    if (!whole_) return count_;
+    std::int64_t count = 0;
+    for (int slot = 0; slot < leaf_count_; ++slot)
+        if (inTile(slot)) count += bitsIn(mask(slot));
+    return count;
 }
 
 std::int64_t NeededVoxels::bytes() const {

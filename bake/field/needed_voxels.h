@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <vector>
 
 #include "bake/field/grid_frame.h"
@@ -29,6 +31,12 @@ public:
     /// No voxel yet; add() them, then finish(). @throws Error{Input} when it has more than kMaxLeaves leaves
     static NeededVoxels none(const GridFrame& frame);
 
+    /// The part of `whole` that is baked for one tile: its leaves, and those around it that what is in them depends on.
+    /// The frame stays that of the whole, so that light takes the same ways, and layers are summed together as there.
+    /// @param tile           from and to the borders of leaves, or of the frame
+    /// @param margin_leaves  around it, on each side
+    static NeededVoxels partOf(std::shared_ptr<const NeededVoxels> whole, const VoxelBox& tile, int margin_leaves);
+
     /// Marks a voxel; outside the frame is ignored. Not thread-safe.
     void add(const glm::ivec3& voxel) { addColumn(voxel.x, voxel.y, voxel.z, voxel.z); }
     /// Marks voxels (x, y, z_min .. z_max), inclusive; what lies outside the frame is ignored. Not thread-safe.
@@ -40,7 +48,15 @@ public:
 
     const GridFrame& frame() const { return frame_; }
     bool isEverything() const { return everything_; }
-    std::int64_t count() const { return count_; }  ///< needed voxels
+    std::int64_t count() const { return count_; }  ///< needed voxels, those of a part's margin too
+    /// What a part was cut from; itself where it is none.
+    const NeededVoxels& whole() const { return whole_ ? *whole_ : *this; }
+    bool isPart() const { return whole_ != nullptr; }
+    /// A part's tile; the frame where it is no part.
+    VoxelBox tile() const { return whole_ ? tile_ : VoxelBox{frame_.min, frame_.max}; }
+    /// False for a leaf of a part's margin.
+    bool inTile(int slot) const { return !whole_ || tile_.contains(glm::max(leafOrigin(slot), frame_.min)); }
+    std::int64_t tileCount() const;  ///< needed voxels of the tile
     int leafCount() const { return leaf_count_; }
     glm::ivec3 leafOrigin(int slot) const {  ///< multiple of 8
         return everything_ ? originOf(slot) : leaf_origins_[static_cast<std::size_t>(slot)];
@@ -112,6 +128,8 @@ private:
     Mask& maskToAddTo(const glm::ivec3& origin);
 
     GridFrame frame_;
+    std::shared_ptr<const NeededVoxels> whole_;
+    VoxelBox tile_;
     bool everything_ = false;
     std::int64_t count_ = 0;
     int leaf_count_ = 0;

@@ -73,6 +73,7 @@ std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by) {
         by == ActiveBy::LightOrMedium && density != volume.scalars.end()) {
         const LightField& medium = density->second;
         for (int slot = 0; slot < medium.leafCount(); ++slot) {
+            if (!medium.needed().inTile(slot)) continue;
             const auto mask = above(medium, nullptr, slot, format::kActiveAbove);
             if (bitsIn(mask) == 0) continue;
             const int at = field.needed().slotOf(medium.needed().leafOrigin(slot));
@@ -83,10 +84,10 @@ std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by) {
         }
     }
     for (int slot = 0; slot < field.leafCount(); ++slot)
-        if (bitsIn(masks[static_cast<std::size_t>(slot)]) > 0)
+        if (field.needed().inTile(slot) && bitsIn(masks[static_cast<std::size_t>(slot)]) > 0)
             leaves.push_back({field.needed().leafOrigin(slot), slot, masks[static_cast<std::size_t>(slot)]});
     if (leaves.empty()) {
-        const glm::ivec3 voxel = field.frame().min;
+        const glm::ivec3 voxel = field.needed().tile().min;
         NeededVoxels::Mask one{};
         const int offset = NeededVoxels::offsetInLeaf(voxel);
         one[static_cast<std::size_t>(offset >> 6)] = std::uint64_t{1} << (offset & 63);

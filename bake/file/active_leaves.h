@@ -20,7 +20,7 @@ struct ActiveLeaf {
 enum class ActiveBy { Light, LightOrMedium };
 
 /// The topology that all grids of a file share: voxels with more than 1e-6 of the reference irradiance (or density), in
-/// a fixed order; one dark voxel when there are none.
+/// a fixed order, of a part those of its tile; one dark voxel when there are none.
 std::vector<ActiveLeaf> activeLeaves(const LightVolume& volume, ActiveBy by);
 
 /// Those of a volume's leaves where its second lobe has light.

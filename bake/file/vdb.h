@@ -11,6 +11,7 @@
 
 namespace photic {
 
+class CheckedFile;
 class OutputSet;
 
 enum class Compression { None, Mask, Blosc, Zip };
@@ -46,6 +47,9 @@ std::int64_t writeVdb(const std::string& path, const LightVolume& volume, const 
 /// The same as a file of a set, which OutputSet::commit() renames.
 std::int64_t writeVdb(OutputSet& outputs, const std::string& path, const LightVolume& volume,
                       const VdbOptions& options);
+
+/// The same into a file that the caller commits.
+std::int64_t writeVdb(CheckedFile& file, const LightVolume& volume, const VdbOptions& options);
 
 /// Reads a light volume, or any .vdb with `irradiance`. Needed voxels are the active ones.
 /// @throws Error{Input} when missing, truncated, not a .vdb, or without a known grid (lists the grids present)

@@ -1,14 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -17,10 +12,9 @@
 #include <memory>
 
 #include "bake/field/needed_voxels.h"
+#include "bake/file/file_bytes.h"
 #include "bake/file/vdb.h"
-#include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
-#include "bake/threads/parallel_for.h"
 #include "bake/volume/byte_cursor.h"
 #include "bake/volume/vdb_bytes.h"
 #include "runtime/format/light_volume_format.h"
@@ -47,49 +41,6 @@ const char* otherKind(const std::string& path) {
         return "it is a volume for games, which photic export made; give the .vdb that it was made of";
     return nullptr;
 }
-
-// All bytes of a file, read by several threads: a copy out of the system's cache is what it costs.
-class FileBytes {
-public:
-    explicit FileBytes(const std::string& path) {
-        checkReadable(path);
-        const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-        if (descriptor < 0) refuse(path, fmt::format("{}; give the path of a .vdb file", std::strerror(errno)));
-        struct stat status {};
-        const bool known = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
-        size_ = known ? static_cast<std::size_t>(status.st_size) : 0;
-        try {
-            data_ = std::make_unique_for_overwrite<char[]>(size_);
-        } catch (const std::bad_alloc&) {
-            ::close(descriptor);
-            refuse(path, "it is larger than memory");
-        }
-        constexpr std::size_t kChunk = std::size_t{4} << 20;
-        std::atomic<bool> whole{known};
-        parallelFor(static_cast<std::int64_t>((size_ + kChunk - 1) / kChunk), [&](std::int64_t i) {
-            const std::size_t first = static_cast<std::size_t>(i) * kChunk;
-            if (!readAll(descriptor, first, std::min(size_, first + kChunk))) whole = false;
-        });
-        ::close(descriptor);
-        if (!whole) refuse(path, known ? "it cannot be read, or changes meanwhile" : "it is no regular file");
-    }
-    const char* data() const { return data_.get(); }
-    std::size_t size() const { return size_; }
-
-private:
-    bool readAll(int descriptor, std::size_t at, std::size_t end) {
-        while (at < end) {
-            const ssize_t n = ::pread(descriptor, data_.get() + at, end - at, static_cast<off_t>(at));
-            if (n < 0 && errno == EINTR) continue;
-            if (n <= 0) return false;
-            at += static_cast<std::size_t>(n);
-        }
-        return true;
-    }
-
-    std::unique_ptr<char[]> data_;
-    std::size_t size_ = 0;
-};
 
 std::string gridNames(const std::vector<VdbGrid>& grids) {
     std::vector<std::string> names;

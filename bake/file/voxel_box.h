@@ -11,19 +11,15 @@
 
 namespace photic {
 
-/// Voxels from min to max, both inside, of the grid that a dense file is laid out from: the volume's own, or the
-/// straight one that a sheared volume is resampled to.
-struct VoxelBox {
-    glm::ivec3 min{0}, max{-1};
-    glm::ivec3 size() const { return max - min + 1; }
-};
-
 /// What was written of a box of voxels.
 struct DenseWritten {
     std::vector<std::string> files;  ///< in the order of writing, the sidecar last
     glm::ivec3 size{0};              ///< of the box, along Photic's axes
     std::int64_t clamped = 0;        ///< values that were not finite or above 65504, and were cut
 };
+
+// A box of voxels here is one of the grid that a dense file is laid out from: the volume's own, or the straight one
+// that a sheared volume is resampled to.
 
 /// The voxels of `volume` with light; nothing when it is dark.
 std::optional<VoxelBox> litBox(const LightVolume& volume);

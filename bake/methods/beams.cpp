@@ -117,14 +117,18 @@ public:
     void measureDeposit(const LobeFields& field) {
         double sum = 0;
         const int channels = field.first.channels().irradiance;
-        for (int c = 0; c < channels; ++c)
+        double beside_tile = 0;
+        for (int c = 0; c < channels; ++c) {
             sum += (field.first.sum(c) + (field.second ? field.second->sum(c) : 0)) / channels;
-        deposited_ += sum * frame_.voxelVolume();
+            beside_tile +=
+                (field.first.sumBesideTile(c) + (field.second ? field.second->sumBesideTile(c) : 0)) / channels;
+        }
+        deposited_ += sum * frame_.voxelVolume(), beside_tile_ += beside_tile * frame_.voxelVolume();
     }
 
     void report(BakeReport& out) const {
         out.power = launched_.power;
-        out.path = {deposited_, totals_.expected};
+        out.path = {deposited_, totals_.expected - beside_tile_};
         out.tubes = launched_.tubes;
         out.corner_rays = launched_.corner_rays;
         out.seconds.emplace_back("trace", launched_.seconds);
@@ -196,7 +200,7 @@ private:
     LaunchTotals launched_;
     DepositTotals totals_;
     TubeSets waiting_;
-    double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0;
+    double deposit_seconds_ = 0, disc_seconds_ = 0, deposited_ = 0, beside_tile_ = 0;
 };
 
 /// @param empty  of the channels that are baked
@@ -268,6 +272,13 @@ BeamsOptions givenOptions(const Scene& scene, const GivenOptions& given) {
     return options;
 }
 
+// Blurs take light from beside a tile; a disc is widened a little for its second moment.
+int beamsReach(const Scene& scene, const GridFrame& frame, const GivenOptions& given) {
+    constexpr double kWidened = 2;
+    const double reach = behindWalls(scene, frame, givenOptions(scene, given));
+    return reach > 0 ? static_cast<int>(reach + kWidened) : 0;
+}
+
 BakeResult bakeBeams(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
                      Monitor& monitor) {
     const BeamsOptions options = givenOptions(scene, given);
@@ -295,7 +306,9 @@ Method beamsMethod() {
             [](const CostQuestion& question) {
                 return beamsCost(question, givenOptions(question.scene, question.options));
             },
-            bakeBeams};
+            bakeBeams,
+            StandardError::Unknown,
+            beamsReach};
 }
 
 }  // namespace photic

@@ -89,6 +89,10 @@ struct Method {
     /// @throws Error{Input} for bad options; Error{Cancelled}; Error{Failed}
     BakeResult (*bake)(const Scene&, std::shared_ptr<const NeededVoxels>, const GivenOptions&, Monitor&);
     StandardError standard_error = StandardError::Unknown;
+    /// How far [voxels] beyond a tile light must be known for what is in the tile, besides the tubes or paths that
+    /// cross it: a blur's reach. Negative where the scene or the options need the whole box at once; null: the method
+    /// does.
+    int (*tile_reach)(const Scene&, const GridFrame&, const GivenOptions&) = nullptr;
 };
 
 /// All methods, in the order in which `auto` tries them.

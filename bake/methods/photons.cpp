@@ -318,9 +318,12 @@ BakeResult bakePhotons(const Scene& scene, std::shared_ptr<const NeededVoxels> n
     monitor.progress("field", 0);
     PhotonStatistics::Result result = statistics.result();
     fillLedgers(total, options.shifts, report);
-    for (int c = 0; c < channels.irradiance; ++c)
-        report.path.deposited += (result.field.first.sum(c) + (parts.axis ? result.field.second->sum(c) : 0)) *
-                                 needed->frame().voxelVolume() / channels.irradiance;
+    const auto& [first, second] = result.field;
+    const double share = needed->frame().voxelVolume() / channels.irradiance;
+    for (int c = 0; c < channels.irradiance; ++c) {
+        report.path.deposited += (first.sum(c) + (parts.axis ? second->sum(c) : 0)) * share;
+        report.path.expected -= (first.sumBesideTile(c) + (parts.axis ? second->sumBesideTile(c) : 0)) * share;
+    }
     report.active_voxels = result.active_voxels;
     report.seconds.emplace_back("field", field_watch.seconds());
     BakeResult out{std::move(result.field.first),
@@ -343,7 +346,8 @@ Method photonsMethod() {
             photonRefusal,
             photonCost,
             bakeFromCatalogue,
-            StandardError::PerVoxel};
+            StandardError::PerVoxel,
+            [](const Scene&, const GridFrame&, const GivenOptions&) { return 0; }};
 }
 
 }  // namespace photic

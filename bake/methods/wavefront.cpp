@@ -121,11 +121,13 @@ public:
     void countInto(SweepWork& work) { totals_.work = &work; }
 
     void report(BakeReport& out, const LightField& field) {
-        double sum = 0;
+        double sum = 0, beside_tile = 0;
         const int channels = field.channels().irradiance;
-        for (int c = 0; c < channels; ++c) sum += field.sum(c) / channels;
+        for (int c = 0; c < channels; ++c)
+            sum += field.sum(c) / channels, beside_tile += field.sumBesideTile(c) / channels;
         out.power = totals_.power;
-        out.path = {sum * frame_.voxelVolume(), totals_.deposit.expected - left_out_};
+        out.path = {sum * frame_.voxelVolume(),
+                    totals_.deposit.expected - left_out_ - beside_tile * frame_.voxelVolume()};
         if (options_.arrivals == WavefrontArrivals::Strongest) out.arrivals = arrivalShares();
         out.tubes = totals_.tubes, out.corner_rays = totals_.rays;
         out.instruction_set = name(voxelise_.instruction_set);
@@ -370,6 +372,13 @@ void refusePreset(const Scene& scene, const WavefrontOptions& options) {
         refuse("keeps the strongest patch of a voxel anyhow; leave out 'arrivals'");
 }
 
+// What is said of the strongest arrivals is said of all voxels.
+int wavefrontReach(const Scene&, const GridFrame&, const GivenOptions& given) {
+    WavefrontOptions options;
+    applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), given);
+    return options.arrivals == WavefrontArrivals::All && options.preset == WavefrontPreset::None ? 0 : -1;
+}
+
 BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels> needed, const GivenOptions& given,
                          Monitor& monitor) {
     WavefrontOptions options;
@@ -417,7 +426,9 @@ Method wavefrontMethod() {
             optionSpecs<WavefrontOptions>(wavefrontOptions()),
             wavefrontRefusal,
             wavefrontCost,
-            bakeWavefront};
+            bakeWavefront,
+            StandardError::Unknown,
+            wavefrontReach};
 }
 
 }  // namespace photic

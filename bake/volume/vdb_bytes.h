@@ -63,7 +63,11 @@ public:
 
     /// Its values are rounded to 16 bits.
     bool storedAsHalf() const { return half_; }
+    /// OpenVDB's flags: kPackedZip, kPackedActive, kPackedBlosc.
+    std::uint32_t compression() const { return compression_; }
     Mask mask(const VdbLeaf& leaf) const;
+    /// Bytes that a leaf (no tile) takes in the file, from `mask` on.
+    std::size_t bytesOf(const VdbLeaf& leaf) const;
     /// Writes 512 x components floats: a voxel's components side by side; those
     /// of inactive voxels are 0 or what the file says. Thread-safe. @throws
     /// VolumeFault when what is packed does not unpack to them

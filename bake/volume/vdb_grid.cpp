@@ -28,6 +28,13 @@ VdbGrid::Mask VdbGrid::mask(const VdbLeaf& leaf) const {
     return mask;
 }
 
+std::size_t VdbGrid::bytesOf(const VdbLeaf& leaf) const {
+    const auto width = static_cast<std::size_t>(components) * (half_ ? 2 : sizeof(float));
+    const bool all = leaf.kind == VdbLeaf::Kind::AllVoxels;
+    const std::size_t stored = (all ? kVoxels : static_cast<std::size_t>(bitsIn(mask(leaf)))) * width;
+    return leaf.values + (leaf.packed != 0 ? leaf.packed : stored) - leaf.mask;
+}
+
 void VdbGrid::values(const VdbLeaf& leaf, float* out) const {
     const auto width = static_cast<std::size_t>(components);
     if (leaf.kind == VdbLeaf::Kind::Tile) {

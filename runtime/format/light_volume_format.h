@@ -47,6 +47,7 @@ inline constexpr const char* kMetaFrame = "photic:frame";             // int
 inline constexpr const char* kMetaLedger = "photic:ledger";           // string: both ledgers, JSON
 inline constexpr const char* kMetaReceiverErrors = "photic:receiver_errors";  // string: JSON array
 inline constexpr const char* kMetaSceneHash = "photic:scene_hash";            // string: 16 hexadecimal digits
+inline constexpr const char* kMetaTile = "photic:tile";                       // string: JSON; of parts of a volume
 inline constexpr const char* kMetaClamped = "photic:clamped";                 // int64: values cut to kLargest
 
 /// Largest half float; no stored value exceeds it, in 32-bit files either.

@@ -87,10 +87,6 @@ TEST(Usage, SetNamesItsMistake) {
     expectUsage({"bake", "pool.toml", "--set", "beams.mesh=many"}, {"many", "whole number"});
 }
 
-TEST(Usage, PlannedVerbsSayThatTheyAreNotBuilt) {
-    for (const char* verb : {"merge"}) expectUsage({verb, "x"}, {verb, "not built yet"});
-}
-
 TEST(Usage, HelpAndVersionGoToStdout) {
     const Workplace place;
     const Outcome version = photic(place, {"--version"});
@@ -122,8 +118,8 @@ TEST(Usage, HelpIsFoundHoweverItIsAskedFor) {
 
 TEST(Usage, EachVerbShowsAnExampleAndNothingOfTheParser) {
     const Workplace place;
-    for (const char* verb :
-         {"bake", "scene", "inspect", "compare", "picture", "export", "methods", "post", "completions", "man"}) {
+    for (const char* verb : {"bake", "scene", "inspect", "compare", "picture", "export", "merge", "methods", "post",
+                             "completions", "man"}) {
         const std::string page = photic(place, {"help", verb}).out;
         EXPECT_NE(page.find(std::string("  photic ") + verb), std::string::npos) << page;
         EXPECT_NE(page.find("Example"), std::string::npos) << page;
