@@ -63,11 +63,12 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     BakeCost cost;
     cost.needed_voxels = static_cast<std::int64_t>(voxels), cost.leaves = wholeBytes(leaves);
     cost.file_bytes = wholeBytes(values * (choices.file.half ? 2 : 4));
-    // Field and grids both exist while the file is written; a leaf's place in the tables takes about 100 bytes.
+    // A leaf's place in the tables of the field and of the file takes about 250 bytes.
     const bool two_lobes = scene.bake.lobes > 1 && grids.direction && lightCanOppose(scene);
     const double field = leaves * 512 * 4 * (channels * (two_lobes ? 2 : 1) + scalars);
-    const double writing = field + static_cast<double>(cost.file_bytes);
-    cost.memory_bytes = wholeBytes(kProgramBytes + field + table * 4 + leaves * 100 + std::max(own.bytes, writing));
+    // Lights whose blurs differ are baked beside one another, and a blur keeps a copy of a layer of leaves.
+    const double beside = (scene.lights.size() > 1 ? 1 : 0.25) * field;
+    cost.memory_bytes = wholeBytes(kProgramBytes + field + table * 4 + leaves * 250 + std::max(own.bytes, beside));
     cost.dearest = std::move(own.dearest);
 
     const double threads = threadCount();
