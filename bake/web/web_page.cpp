@@ -132,7 +132,7 @@ Json solidsOf(const Scene& scene) {
     return solids;
 }
 
-/// Glass, mirrors and meshes of water: only what they reflect is drawn.
+/// Glass, mirrors and meshes of water: what they reflect is drawn, and of closed ones what is absorbed in them.
 Json shellsOf(const Scene& scene) {
     Json shells = Json::array();
     for (const Surface& surface : scene.surfaces) {
@@ -140,9 +140,11 @@ Json shellsOf(const Scene& scene) {
         const double ior =
             sideOf(scene, surface, Side::Below).ior.mean() / sideOf(scene, surface, Side::Above).ior.mean();
         const bool mirror = surface.event == SurfaceEvent::Mirror;
+        const bool tints = surface.closed && !mirror;
         shells.push_back({{"name", surface.name},
                           {"ior", ior},
                           {"mirror", mirror ? vec(surface.colour) : Json(nullptr)},
+                          {"absorption", vec(tints ? sideOf(scene, surface, Side::Below).absorption : glm::dvec3(0))},
                           {"mesh", meshJson(*surface.mesh)}});
     }
     return shells;

@@ -227,6 +227,59 @@ plane = { point = [0, 0, 0], normal = [0, 0, 1] }
     EXPECT_NEAR(got[2].get<int>(), got[3].get<int>(), 12) << "beside it";
 }
 
+TEST_P(PageInBrowser, ColouredGlassTintsByTheWayInIt) {
+    const Workplace place;
+    place.write("room.toml", R"(photic = 1
+[domain]
+min = [-1, -1, -0.1]
+max = [1, 1, 1]
+resolution = 32
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+irradiance = 1000.0
+[[medium]]
+name = "wine"
+ior = 1.345
+absorption = [1, 10, 30]
+[[surface]]
+name = "ball"
+kind = "sphere"
+position = [0, 0, 0.5]
+radius = 0.2
+inside = "wine"
+[[object]]
+name = "floor"
+plane = { point = [0, 0, 0], normal = [0, 0, 1] }
+[[camera]]
+position = [0, -3, 0.5]
+target = [0, 0, 0.5]
+)");
+    const Outcome baked = photic(place, {"bake", "room.toml"});
+    ASSERT_EQ(baked.code, 0) << baked.err;
+    ASSERT_EQ(photic(place, {"export", "room.vdb", "--scene", "room.toml", "--web", "page", "-q"}).code, 0);
+    // Through the middle, half way out, beside it, and through the middle with the page's own ball in there.
+    const json got = inBrowser(place, "page", std::string(kPixels) + R"(
+        const { gl } = photic.view;
+        const depths = (x) => {
+            pixels();
+            const { width, height } = photic.view.canvas, m = photic.camera.matrix(width / height), at = transformed(m, [x, 0, 0.5, 1]);
+            gl.bindFramebuffer(gl.FRAMEBUFFER, photic.view.way.frame);
+            const read = new Float32Array(4);
+            gl.readPixels(Math.round((at[0] / at[3] + 1) / 2 * width), Math.round((at[1] / at[3] + 1) / 2 * height), 1, 1, gl.RGBA, gl.FLOAT, read);
+            return [...read.slice(0, 3)];
+        };
+        photic.ball.centre = [-0.8, -0.8, 0.9];
+        const seen = [depths(0), depths(0.1), depths(0.3)];
+        photic.ball.centre = [0, 0, 0.5]; photic.ball.radius = 0.1;
+        return [...seen, depths(0)];)");
+    ASSERT_TRUE(got.is_array()) << got;
+    const double ways[] = {0.4, 2 * std::sqrt(0.2 * 0.2 - 0.1 * 0.1), 0, 0.1}, absorption[] = {1, 10, 30};
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(got[i][c].get<double>(), ways[i] * absorption[c], 0.01 * absorption[c]) << i << ", " << c;
+}
+
 TEST_P(PageInBrowser, PlaysItsFrames) {
     const Workplace place;
     PoolText pool;

@@ -250,9 +250,27 @@ void main() {
     out_colour.rgb = u_scattering * stride * sum;
 }`;
 
+/**
+ * The optical depth of wine and coloured glass, of which each face adds or takes away its distance from the eye: what is
+ * left is the way in them, as far as something solid.
+ */
+const kTintFragment = kPrecision + `
+in vec3 v_world, v_normal;
+out vec4 out_colour;
+uniform sampler2D u_depth;
+uniform mat4 u_world_from_clip;
+uniform vec3 u_eye, u_absorption;  // [1/m]
+void main() {
+    ivec2 size = textureSize(u_depth, 0);
+    vec3 solid = 2.0 * vec3(gl_FragCoord.xy / vec2(size), texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r) - 1.0;
+    vec4 world = u_world_from_clip * vec4(solid, 1.0);
+    float way = min(length(v_world - u_eye), length(world.xyz / world.w - u_eye));
+    out_colour = vec4((gl_FrontFacing ? -way : way) * u_absorption, 1.0);
+}`;
+
 /** Adds the two, and makes of radiance what a screen shows. */
 const kDisplayFragment = kPrecision + kWater + kRay + `
-uniform sampler2D u_colour, u_medium;
+uniform sampler2D u_colour, u_medium, u_tint;
 uniform vec3 u_extinction;
 uniform float u_exposure;
 out vec4 out_colour;
@@ -285,6 +303,7 @@ void main() {
     vec2 wet = throughWater(u_eye, ray.xyz);
     wet.y = min(wet.y, ray.w);
     if (wet.x < wet.y && depth < 1.0) colour *= exp(-u_extinction * (wet.y - wet.x));
+    colour *= exp(-abs(texture(u_tint, v_place).rgb));
     colour = filmic((colour + mediumAt(ray.w)) * u_exposure);
     vec3 screen = mix(12.92 * colour, 1.055 * pow(max(colour, 1e-6), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, colour));
     // Half a level of noise, against bands in the dark.

@@ -18,6 +18,7 @@ class View {
         this.shadow = new DepthTarget(gl, 1024);
         this.shadow_from_world = alongLight(scene.light.direction, scene.domain.min, scene.domain.max);
         this.medium = new Program(gl, kScreenVertex, kMediumFragment);
+        this.tint = new Program(gl, kSolidVertex, kTintFragment);
         this.display = new Program(gl, kScreenVertex, kDisplayFragment);
         this.frames = new Frames(gl, scene);
         this.ball = new Mesh(gl, ballData());
@@ -52,10 +53,11 @@ class View {
         const width = Math.max(2, Math.round(canvas.clientWidth * scale)), height = Math.max(2, Math.round(canvas.clientHeight * scale));
         if (this.target && canvas.width === width && canvas.height === height) return;
         Object.assign(canvas, { width, height });
-        for (const old of [this.target, this.half]) old?.remove();
+        for (const old of [this.target, this.half, this.way]) old?.remove();
         const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
         this.target = new Target(gl, width, height, this.internal, samples);
         this.half = new Target(gl, Math.ceil(width / 2), Math.ceil(height / 2), this.internal, 0);
+        this.way = new Target(gl, width, height, this.internal, 0);
     }
 
     /** @param state camera, ball, moment and looks (8_page.js) */
@@ -80,6 +82,7 @@ class View {
         };
         this.drawShadow(state);
         this.drawSolids(values, state);
+        this.drawTint(values, state);
         this.half.begin();
         gl.disable(gl.DEPTH_TEST);
         gl.bindVertexArray(this.screen);
@@ -88,7 +91,8 @@ class View {
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
         gl.viewport(0, 0, this.canvas.width, this.canvas.height);
         gl.clear(gl.DEPTH_BUFFER_BIT);
-        this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour });
+        this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour,
+                           u_tint: this.way.colour });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         this.drawShells(values, state);
     }
@@ -122,6 +126,25 @@ class View {
                          u_two_sided: 0, u_is_ball: 1 });
         this.ball.draw();
         this.target.resolve();
+    }
+
+    /** How far one looks through wine and coloured glass. Eye rays go straight. */
+    drawTint(values, state) {
+        const { gl } = this;
+        this.way.begin();
+        gl.clearColor(0, 0, 0, 0);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+        if (this.internal !== gl.RGBA16F) return;      // what cannot be below 0 cannot count
+        gl.disable(gl.DEPTH_TEST);
+        gl.enable(gl.BLEND);
+        gl.blendFunc(gl.ONE, gl.ONE);
+        for (const shell of this.shells) {
+            if (!shell.absorption.some((a) => a > 0)) continue;
+            this.tint.use({ ...values, u_place: [0, 0, 0, 1], u_depth: this.target.depth,
+                            u_absorption: shell.absorption.map((a) => a * state.tint) });
+            shell.shape.draw();
+        }
+        gl.disable(gl.BLEND);
     }
 
     drawShells(values, state) {
