@@ -533,9 +533,27 @@ void main() {
     out_colour.rgb = u_scattering * stride * sum;
 }`;
 
+/**
+ * The optical depth of wine and coloured glass, of which each face adds or takes away its distance from the eye: what is
+ * left is the way in them, as far as something solid.
+ */
+const kTintFragment = kPrecision + `
+in vec3 v_world, v_normal;
+out vec4 out_colour;
+uniform sampler2D u_depth;
+uniform mat4 u_world_from_clip;
+uniform vec3 u_eye, u_absorption;  // [1/m]
+void main() {
+    ivec2 size = textureSize(u_depth, 0);
+    vec3 solid = 2.0 * vec3(gl_FragCoord.xy / vec2(size), texelFetch(u_depth, ivec2(gl_FragCoord.xy), 0).r) - 1.0;
+    vec4 world = u_world_from_clip * vec4(solid, 1.0);
+    float way = min(length(v_world - u_eye), length(world.xyz / world.w - u_eye));
+    out_colour = vec4((gl_FrontFacing ? -way : way) * u_absorption, 1.0);
+}`;
+
 /** Adds the two, and makes of radiance what a screen shows. */
 const kDisplayFragment = kPrecision + kWater + kRay + `
-uniform sampler2D u_colour, u_medium;
+uniform sampler2D u_colour, u_medium, u_tint;
 uniform vec3 u_extinction;
 uniform float u_exposure;
 out vec4 out_colour;
@@ -568,6 +586,7 @@ void main() {
     vec2 wet = throughWater(u_eye, ray.xyz);
     wet.y = min(wet.y, ray.w);
     if (wet.x < wet.y && depth < 1.0) colour *= exp(-u_extinction * (wet.y - wet.x));
+    colour *= exp(-abs(texture(u_tint, v_place).rgb));
     colour = filmic((colour + mediumAt(ray.w)) * u_exposure);
     vec3 screen = mix(12.92 * colour, 1.055 * pow(max(colour, 1e-6), vec3(1.0 / 2.4)) - 0.055, step(0.0031308, colour));
     // Half a level of noise, against bands in the dark.
@@ -753,6 +772,7 @@ class View {
         this.shadow = new DepthTarget(gl, 1024);
         this.shadow_from_world = alongLight(scene.light.direction, scene.domain.min, scene.domain.max);
         this.medium = new Program(gl, kScreenVertex, kMediumFragment);
+        this.tint = new Program(gl, kSolidVertex, kTintFragment);
         this.display = new Program(gl, kScreenVertex, kDisplayFragment);
         this.frames = new Frames(gl, scene);
         this.ball = new Mesh(gl, ballData());
@@ -787,10 +807,11 @@ class View {
         const width = Math.max(2, Math.round(canvas.clientWidth * scale)), height = Math.max(2, Math.round(canvas.clientHeight * scale));
         if (this.target && canvas.width === width && canvas.height === height) return;
         Object.assign(canvas, { width, height });
-        for (const old of [this.target, this.half]) old?.remove();
+        for (const old of [this.target, this.half, this.way]) old?.remove();
         const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
         this.target = new Target(gl, width, height, this.internal, samples);
         this.half = new Target(gl, Math.ceil(width / 2), Math.ceil(height / 2), this.internal, 0);
+        this.way = new Target(gl, width, height, this.internal, 0);
     }
 
     /** @param state camera, ball, moment and looks (8_page.js) */
@@ -815,6 +836,7 @@ class View {
         };
         this.drawShadow(state);
         this.drawSolids(values, state);
+        this.drawTint(values, state);
         this.half.begin();
         gl.disable(gl.DEPTH_TEST);
         gl.bindVertexArray(this.screen);
@@ -823,7 +845,8 @@ class View {
         gl.bindFramebuffer(gl.FRAMEBUFFER, null);
         gl.viewport(0, 0, this.canvas.width, this.canvas.height);
         gl.clear(gl.DEPTH_BUFFER_BIT);
-        this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour });
+        this.display.use({ ...values, u_depth: this.target.depth, u_colour: this.target.colour, u_medium: this.half.colour,
+                           u_tint: this.way.colour });
         gl.drawArrays(gl.TRIANGLES, 0, 3);
         this.drawShells(values, state);
     }
@@ -857,6 +880,25 @@ class View {
                          u_two_sided: 0, u_is_ball: 1 });
         this.ball.draw();
         this.target.resolve();
+    }
+
+    /** How far one looks through wine and coloured glass. Eye rays go straight. */
+    drawTint(values, state) {
+        const { gl } = this;
+        this.way.begin();
+        gl.clearColor(0, 0, 0, 0);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+        if (this.internal !== gl.RGBA16F) return;      // what cannot be below 0 cannot count
+        gl.disable(gl.DEPTH_TEST);
+        gl.enable(gl.BLEND);
+        gl.blendFunc(gl.ONE, gl.ONE);
+        for (const shell of this.shells) {
+            if (!shell.absorption.some((a) => a > 0)) continue;
+            this.tint.use({ ...values, u_place: [0, 0, 0, 1], u_depth: this.target.depth,
+                            u_absorption: shell.absorption.map((a) => a * state.tint) });
+            shell.shape.draw();
+        }
+        gl.disable(gl.BLEND);
     }
 
     drawShells(values, state) {
