@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string_view>
@@ -180,19 +179,6 @@ std::string unknownOption(const std::vector<std::string>& known, const std::vect
     return {};
 }
 
-/// "--threads: Value 5000 not in range 0.000000 to 1024.000000" in words; empty where that is not what is said.
-std::string outOfRange(const std::string& what) {
-    const auto value = what.find("Value "), range = what.find(" not in range "), to = what.rfind(" to ");
-    if (value == std::string::npos || range == std::string::npos || to < range) return {};
-    constexpr double kNoLimit = 1e300;
-    const double least = std::atof(what.c_str() + range + 14), most = std::atof(what.c_str() + to + 4);
-    const std::string limit = most < kNoLimit ? fmt::format("from {:g} to {:g}", least, most)
-                              : least > 0     ? "above 0"
-                                              : "not below 0";
-    return fmt::format("{}{} is not possible; it must be {}", what.substr(0, value),
-                       what.substr(value + 6, range - value - 6), limit);
-}
-
 /// What is wrong with a command line, in words of ours; with a suggestion for an option that does not exist.
 std::string complaint(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
     std::vector<std::string> known;
@@ -214,8 +200,7 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, const s
     constexpr std::string_view kNoNumber = "Could not convert: ";
     if (what.starts_with(kNoNumber))
         return fmt::format("{} is no number that can be used", what.substr(kNoNumber.size()));
-    const std::string range = outOfRange(what);
-    return range.empty() ? what : range;
+    return what;
 }
 
 }  // namespace

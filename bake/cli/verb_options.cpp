@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -89,12 +90,29 @@ CLI::Validator notNan() {
         "");
 }
 
+/// A number between two others, both of them possible. CLI11's own checks say it in other words in each version.
+CLI::Validator between(double least, double most, const std::string& limit) {
+    return CLI::Validator(
+        [least, most, limit](std::string& text) {
+            double value = 0;
+            const bool possible =
+                CLI::detail::lexical_cast(text, value) && (std::isnan(value) || (value >= least && value <= most));
+            return possible ? std::string() : fmt::format("{} is not possible; it must be {}", text, limit);
+        },
+        "");
+}
+
 /// A number from `least` to `most`, which the help tells.
-void within(CLI::Option* option, double least, double most) { option->check(CLI::Range(least, most))->check(notNan()); }
+void within(CLI::Option* option, double least, double most) {
+    option->check(between(least, most, fmt::format("from {:g} to {:g}", least, most)))->check(notNan());
+}
 
 /// A number above 0, or not below it.
-void positive(CLI::Option* option) { option->check(CLI::PositiveNumber)->check(notNan()); }
-void notNegative(CLI::Option* option) { option->check(CLI::NonNegativeNumber)->check(notNan()); }
+constexpr double kLargest = std::numeric_limits<double>::max();
+CLI::Validator above0() { return between(std::numeric_limits<double>::min(), kLargest, "above 0"); }
+CLI::Validator notBelow0() { return between(0, kLargest, "not below 0"); }
+void positive(CLI::Option* option) { option->check(above0())->check(notNan()); }
+void notNegative(CLI::Option* option) { option->check(notBelow0())->check(notNan()); }
 
 /// CLI11 reads "-1" as a size of two to the 64th less one.
 CLI::Validator sizeNotNegative() {
@@ -373,7 +391,7 @@ void bindVoxelise(CLI::App& app, VoxeliseArguments& a) {
            0, 100);
     value(app.add_option("--absorption", a.absorption, "Of the body [1/m]: one value, or red,green,blue"), "PER_METRE")
         ->delimiter(',')
-        ->check(CLI::NonNegativeNumber);
+        ->check(notBelow0());
 }
 
 void bindPost(CLI::App& app, PostArguments& a) {

@@ -58,7 +58,9 @@ TEST(Usage, OptionsThatAreMisspeltAreSuggested) {
 
 TEST(Usage, NumbersOutOfRangeAreSaidInWords) {
     expectUsage({"bake", "pool.toml", "--threads", "5000"}, {"--threads: 5000", "from 0 to 1024"});
-    expectUsage({"picture", "pool.toml", "a.vdb", "--exposure=-1"}, {"--exposure: -1", "must be not below 0;"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "--exposure=-1"}, {"--exposure: -1", "must be above 0;"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "--exposure", "0"}, {"--exposure: 0", "must be above 0;"});
+    expectUsage({"picture", "pool.toml", "a.vdb", "--tiles=-1"}, {"--tiles: -1", "must be not below 0;"});
     expectUsage({"picture", "pool.toml", "a.vdb", "--fov", "999"}, {"--fov: 999", "from 1 to 150"});
 }
 
