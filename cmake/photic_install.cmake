@@ -8,9 +8,11 @@ get_property(photic_rooms GLOBAL PROPERTY PHOTIC_ROOMS)
 
 # All that is installed, and no tests: what has to be built before.
 add_custom_target(installed DEPENDS ${photic_rooms} photic_runtime photic)
-if(TARGET manual_and_completions)
-  add_dependencies(installed manual_and_completions)
-endif()
+foreach(target photic_viewer manual_and_completions)
+  if(TARGET ${target})
+    add_dependencies(installed ${target})
+  endif()
+endforeach()
 
 install(TARGETS ${photic_rooms} EXPORT photic_targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 install(EXPORT photic_targets NAMESPACE photic:: DESTINATION ${photic_package_dir} COMPONENT dev)
