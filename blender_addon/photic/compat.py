@@ -129,6 +129,13 @@ def switch_nodes(item, on, version=None):
         item.use_nodes = on
 
 
+# Geometry Nodes
+
+def samples_grids():
+    """Whether nodes look grids of volumes up at vertices (since 5.0)."""
+    return hasattr(bpy.types, "GeometryNodeSampleGrid")
+
+
 # Lights
 
 def area_share(version=None):

@@ -9,11 +9,11 @@ def named(kind, volume_object):
     return f"Photic {kind}: {volume_object.name}"
 
 
-def fresh(name, inputs, outputs):
+def fresh(name, inputs, outputs, kind="ShaderNodeTree"):
     """An empty node group of this name and these sockets, (type, name, default). Users of an old one keep it."""
     tree = bpy.data.node_groups.get(name)
-    if tree is None or tree.library is not None or tree.bl_idname != "ShaderNodeTree":
-        tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    if tree is None or tree.library is not None or tree.bl_idname != kind:
+        tree = bpy.data.node_groups.new(name, kind)
     compat.mark(tree)
     tree.animation_data_clear()
     tree.nodes.clear()

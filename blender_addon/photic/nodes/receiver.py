@@ -7,14 +7,14 @@ from . import build, groups
 UNDER_WATER, STRENGTH, LEVEL = "Under water", "Strength", "Water level"     # nodes that hold the preview's numbers
 
 
-def build_group(volume_object, sample_group, level, under_water, strength):
-    """(Re)builds the group of a volume.
+def build_group(volume_object, sample_group, level, under_water, strength, kind="Receiver"):
+    """(Re)builds the group of a volume that looks light up by `sample_group`; `kind` is what it is called.
 
     `under_water` multiplies light on receivers below `level` [m, in the volume's frame]: (n_camera / n_water)^2 for a renderer
     that leaves radiance as it is where it refracts.
     """
     tree = groups.fresh(
-        groups.named("Receiver", volume_object),
+        groups.named(kind, volume_object),
         [("NodeSocketShader", "Shader", None), ("NodeSocketColor", "Albedo", (0.8, 0.8, 0.8, 1.0)),
          ("NodeSocketVector", "Normal", None)],
         [("NodeSocketShader", "Shader", None), ("NodeSocketColor", "Irradiance", None)])

@@ -12,10 +12,11 @@ from ..core import atlas as atlas_file
 from ..core import baked_files, roles
 from ..core.program import BakerError
 from ..export import collect, lights
-from ..nodes import graph, groups, medium, receiver, sample, wrap
+from ..nodes import graph, groups, medium, receiver, sample, vertices, wrap
 
 LATE = "photic_late"        # custom property of volume objects [m]
 VOXELS_PER_STEP = 2.0      # of Cycles; its steps are jittered: longer ones make thin sheets of light noisy
+DENSE_EDGE = 0.2            # voxels: light looked up at vertices that are so near is within 1 % of light looked up at pixels
 
 
 def load(context):
@@ -88,9 +89,10 @@ def update_numbers(settings):
     if obj is None:
         return
     numbers = numbers_of(settings)
-    tree = bpy.data.node_groups.get(groups.named("Receiver", obj))
-    if tree:
-        receiver.set_numbers(tree, settings.level, numbers["under_water"], numbers["strength"])
+    for kind in ("Receiver", vertices.RECEIVER):
+        tree = bpy.data.node_groups.get(groups.named(kind, obj))
+        if tree:
+            receiver.set_numbers(tree, settings.level, numbers["under_water"], numbers["strength"])
     tree = bpy.data.node_groups.get(groups.named("Medium", obj))
     if tree:
         medium.set_numbers(tree, **numbers)
@@ -120,21 +122,42 @@ def show(context):
     _dress_volume(settings, volume_object, layout)
 
     hide(context, keep_volume=True)
-    skipped, wrapped = [], set()
-    for obj in scene.objects:
-        if collect.role_of(obj) not in (roles.RECEIVER, roles.MOVABLE):
-            continue
-        for material in _materials_of(obj, skipped):
-            if material.name_full in wrapped:
-                continue
-            wrapped.add(material.name_full)
-            wrap.wrap(material, receiver_group)
+    skipped = []
+    materials = {obj: list(_materials_of(obj, skipped)) for obj in scene.objects
+                 if collect.role_of(obj) in (roles.RECEIVER, roles.MOVABLE)}
+    by_vertices = _dense(context, materials, DENSE_EDGE * min(layout.voxel_size))
+    if by_vertices:
+        light_group = vertices.build_light(volume_object, layout.scale)
+        vertex_group = receiver.build_group(volume_object, vertices.build_sample(volume_object, tuple(volume_object[LATE])),
+                                            settings.level, **numbers, kind=vertices.RECEIVER)
+        for obj in by_vertices:
+            vertices.add(obj, light_group)
+    at_vertices = {material for obj in by_vertices for material in materials[obj]}
+    for material in {material for of_one in materials.values() for material in of_one}:
+        wrap.wrap(material, vertex_group if material in at_vertices else receiver_group)
     _see_through(scene)
     _quiet_suns(scene, skipped)
     _quiet_caustics(scene)
     _march(scene)
     settings.previewing = True
     return skipped
+
+
+def _dense(context, materials, longest):
+    """The receivers, of those whose materials are given, that look light up at their vertices: a material does the same on
+    all objects that have it."""
+    settings = context.scene.photic
+    if settings.look_up == "PIXELS" or not vertices.can_look_up(settings.volume):
+        return []
+    depsgraph = context.evaluated_depsgraph_get()
+    limit = longest if settings.look_up == "AUTO" else float("inf")
+    chosen = {obj for obj in materials if vertices.is_dense(obj, depsgraph, limit)}
+    while True:
+        others = {material for obj, of_one in materials.items() if obj not in chosen for material in of_one}
+        kept = {obj for obj in chosen if not others.intersection(materials[obj])}
+        if kept == chosen:
+            return list(chosen)
+        chosen = kept
 
 
 def _dress_volume(settings, volume_object, layout):
@@ -194,6 +217,7 @@ def hide(context, keep_volume=False):
             _restore(material)
     for obj in context.scene.objects:
         _undress(obj)
+        vertices.remove(obj)
     for copy in [m for m in bpy.data.materials if "photic_copy_of" in m.keys()]:
         bpy.data.materials.remove(copy)
     plain = bpy.data.materials.get(wrap.plain_material().name)
@@ -306,7 +330,8 @@ def remove(context):
     settings.sequence_count = 0
     if obj is None:
         return
-    names = [groups.named(kind, obj) for kind in ("Receiver", "Medium", "Sample")]
+    names = [groups.named(kind, obj) for kind in
+             ("Receiver", "Medium", "Sample", vertices.RECEIVER, vertices.SAMPLE, vertices.LIGHT)]
     material = bpy.data.materials.get(groups.named("Medium", obj))
     data = obj.data
     bpy.data.objects.remove(obj)

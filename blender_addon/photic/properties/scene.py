@@ -69,6 +69,11 @@ def _annotations():
             name="Match Cycles", default=True, update=_preview_changed,
             description="Cycles and EEVEE leave radiance as it is where it leaves the water; light on what is under water is "
                         "divided by its refractive index squared, as they do. Right for a camera in air"),
+        "look_up": EnumProperty(name="Look up", items=(
+            ("AUTO", "Automatic", "At vertices where a mesh is denser than the voxels, at pixels elsewhere"),
+            ("PIXELS", "At pixels", "In a slice atlas, for each pixel that is shaded"),
+            ("VERTICES", "At vertices", "By Geometry Nodes' Sample Grid, however dense a mesh is")), default="AUTO",
+            description="How receivers get their light; Show, or Bake, applies it"),
         "strength": FloatProperty(name="Strength", default=1.0, min=0.0, soft_max=10.0, update=_preview_changed,
                                   description="Multiplies the light; 1 is right"),
         # Of the last bake

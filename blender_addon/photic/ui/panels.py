@@ -72,6 +72,8 @@ class PHOTIC_PT_preview(Sidebar, bpy.types.Panel):
         row.operator("photic.preview", text="Show", icon="HIDE_OFF", depress=settings.previewing).show = True
         row.operator("photic.preview", text="Hide", icon="HIDE_ON", depress=not settings.previewing).show = False
         layout.prop(settings, "strength")
+        if compat.samples_grids():
+            layout.prop(settings, "look_up")
         column = layout.column()
         column.use_property_split = False       # the sidebar is too narrow for a name and a box side by side
         column.prop(settings, "match_cycles")
