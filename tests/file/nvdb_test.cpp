@@ -168,11 +168,12 @@ TEST(Nvdb, MetadataIsBlindDataOfTheFirstGrid) {
         const auto& meta = *first->blindMetaData(0);
         EXPECT_STREQ(meta.mName, "photic");
         // Where it says that it is, and inside the grid.
-        const auto* text = meta.getBlindData<char>();
-        const auto offset = reinterpret_cast<const std::uint8_t*>(text) - handles[0].data();
-        ASSERT_LE(static_cast<std::uint64_t>(offset) + meta.mElementCount, handles[0].size());
-        EXPECT_EQ(handles[0].size() % 32, 0u);
-        const auto json = nlohmann::json::parse(std::string(text, meta.mElementCount));
+        const auto offset = nano::blindOffset(*first, meta);
+        ASSERT_GT(offset, 0);
+        ASSERT_LE(static_cast<std::uint64_t>(offset) + nano::blindSize(meta), handles[0].buffer().size());
+        EXPECT_EQ(handles[0].buffer().size() % 32, 0u);
+        const auto json =
+            nlohmann::json::parse(std::string(reinterpret_cast<const char*>(first) + offset, nano::blindSize(meta)));
         EXPECT_EQ(json["version"], 1);
         EXPECT_EQ(json["reference_irradiance"], 1000.0);
         EXPECT_EQ(json["ior"], 1.333);
@@ -202,8 +203,9 @@ TEST(Nvdb, EqualVolumesGiveEqualBytesAndCodecsReadBack) {
         const auto packed = nanovdb::io::readGrids(folder / "c.nvdb");
         ASSERT_EQ(packed.size(), plain.size());
         for (std::size_t i = 0; i < plain.size(); ++i) {
-            ASSERT_EQ(packed[i].size(), plain[i].size());
-            EXPECT_EQ(std::memcmp(packed[i].data(), plain[i].data(), plain[i].size()), 0);
+            const auto size = plain[i].buffer().size();
+            ASSERT_EQ(packed[i].buffer().size(), size);
+            EXPECT_EQ(std::memcmp(packed[i].data(), plain[i].data(), size), 0);
         }
     }
 }
