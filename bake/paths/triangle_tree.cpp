@@ -176,4 +176,15 @@ double TriangleTree::shownArea(const ConvexRegion& region, const glm::dvec3& dir
     return std::max(towards, away);
 }
 
+void TriangleTree::shade(const ConvexRegion& region, std::span<const RayHit> first, ShadowedPatch& patch) const {
+    for (const RayHit& hit : first)
+        for (std::uint32_t m = 0; m < meshes_.size(); ++m)
+            if (meshes_[m].target == hit.target) patch.shade(corners({m, hit.triangle}));
+    if (patch.dark()) return;
+    visit(region, [&](const Item& item) {
+        patch.shade(corners(item));
+        return patch.dark();
+    });
+}
+
 }  // namespace photic

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "bake/paths/convex_region.h"
 #include "bake/paths/ray_casting.h"
+#include "bake/paths/shadowed_patch.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
@@ -31,6 +33,10 @@ public:
     /// Area [m2] of the triangles' parts inside the region as seen along `direction`, on the side that most of it
     /// shows: a closed body counts once.
     double shownArea(const ConvexRegion& region, const glm::dvec3& direction) const;
+
+    /// Shades a patch by all that may stand inside the region, until it is dark.
+    /// @param first  what rays to the patch met: shaded first, since that is often all that is needed
+    void shade(const ConvexRegion& region, std::span<const RayHit> first, ShadowedPatch& patch) const;
 
 private:
     // Inner: children `first` and `first + 1`. Leaf: triangles [first, first + count).

@@ -14,6 +14,9 @@ namespace {
 constexpr double kNear = 1.0;
 // Receivers of many triangles are searched for gaps between paths that are further apart than this [voxels].
 constexpr double kWide = 2.0;
+// Of the width of a space between paths less than a voxel apart: gaps that reach across their edge are looked for, and
+// not where the shadow ends beside it.
+constexpr double kSlit = 0.1;
 // Of the space's cross-section: what the receiver must show to count as whole.
 constexpr double kWhole = 0.98;
 
@@ -54,19 +57,23 @@ ConvexRegion Obstacles::spaceAround(const std::vector<Leg>& legs) const {
     return region;
 }
 
-// The kites around both ends of an edge, and the sides between them.
-ConvexRegion Obstacles::spaceBetween(const Leg& a, const Leg& b) const {
+Obstacles::Kites Obstacles::kitesOf(const Leg& a, const Leg& b, double narrowed) const {
+    Kites kites;
     const glm::dvec3 along = (a.end - a.start) + (b.end - b.start);
-    const glm::dvec3 d = glm::length(along) > 0 ? glm::normalize(along) : glm::dvec3(0, 0, 1);
-    std::array<glm::dvec3, 8> points;
-    glm::dvec3 widest(0), widest_across(0);
+    if (glm::length(along) > 0) kites.along = glm::normalize(along);
     for (int k = 0; k < 2; ++k) {
-        const glm::dvec3 p = k ? a.end : a.start, q = k ? b.end : b.start, edge = q - p, across = glm::cross(d, edge);
-        const glm::dvec3 middle = 0.5 * (p + q);
-        points[static_cast<std::size_t>(4 * k)] = p, points[static_cast<std::size_t>(4 * k + 1)] = middle + across;
-        points[static_cast<std::size_t>(4 * k + 2)] = q, points[static_cast<std::size_t>(4 * k + 3)] = middle - across;
-        if (glm::length(across) > glm::length(widest_across)) widest = edge, widest_across = across;
+        const glm::dvec3 p = k ? a.end : a.start, q = k ? b.end : b.start, edge = q - p;
+        const glm::dvec3 across = narrowed * glm::cross(kites.along, edge), middle = 0.5 * (p + q);
+        glm::dvec3* const kite = kites.points.data() + 4 * k;
+        kite[0] = p, kite[1] = middle + across, kite[2] = q, kite[3] = middle - across;
+        if (glm::length(across) > glm::length(kites.widest_across)) kites.widest = edge, kites.widest_across = across;
     }
+    return kites;
+}
+
+// The kites around both ends of an edge, and the sides between them.
+ConvexRegion Obstacles::spaceBetween(const Kites& kites) const {
+    const auto& [points, d, widest, widest_across] = kites;
     ConvexRegion region;
     for (const glm::dvec3& p : points) region.include(p);
     region.addSide(-d, std::span(points).first(4));
@@ -108,6 +115,27 @@ bool Obstacles::covered(const Leg& a, const Leg& b, double before, double behind
     return optics_.tree().shownArea(region, d) >= kWhole * glm::dot(across, across);
 }
 
+// Whether light falls through gaps of what shades both ends of an edge. Planes and water have no gaps that narrow.
+bool Obstacles::isLitBetween(const Leg& to_a, const Leg& to_b, double width) const {
+    const Kites kites = kitesOf(to_a, to_b, width > kNear ? 1 : kSlit);
+    ShadowedPatch::Corners from, patch;
+    std::array<RayHit, 4> first;
+    for (std::size_t k = 0; k < 4; ++k) {
+        from[k] = kites.points[k], patch[k] = kites.points[k + 4];
+        const double length = glm::length(patch[k] - from[k]);
+        if (length > 0) first[k] = optics_.caster().firstHit(from[k], (patch[k] - from[k]) / length, length);
+    }
+    const auto isOneShadow = [&] {
+        return std::all_of(first.begin(), first.end(), [&](const RayHit& hit) {
+            return hit && hit.target == first[0].target && hit.triangle == first[0].triangle;
+        });
+    };
+    if (isOneShadow()) return false;
+    ShadowedPatch shadowed(patch, from, kites.along, tracer_.emission().sample().source);
+    optics_.tree().shade(spaceBetween(kites), first, shadowed);
+    return !shadowed.dark() && (shadowed.isShaded() || width > kNear);
+}
+
 // Whether a space and the box around all bodies meet.
 bool Obstacles::isNear(const ConvexRegion& space) const {
     const glm::dvec3 &low = optics_.tree().low(), &high = optics_.tree().high();
@@ -134,9 +162,7 @@ bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t
         const Leg to_a = legFromLight(a.entry), to_b = legFromLight(b.entry);
         // What faces away lies in the shadow of its own closed body.
         if (a.outcome == PathOutcome::Hidden && first_is_closed_ && a.facing < 0 && b.facing < 0) return false;
-        // A shadow is looked at for gaps, down to a voxel.
-        if (a.outcome != PathOutcome::Lit)
-            return width > kNear && !covered(to_a, to_b, glm::length(to_a.end - to_a.start), 0);
+        if (a.outcome != PathOutcome::Lit) return isLitBetween(to_a, to_b, width);
         if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width, searches)) return true;
     }
     const Leg last_a = lastLeg(a, kNear), last_b = lastLeg(b, kNear);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "bake/paths/path_tracer.h"
@@ -47,9 +48,18 @@ private:
         glm::dvec3 start, end;
     };
     ConvexRegion spaceAround(const std::vector<Leg>& legs) const;
-    ConvexRegion spaceBetween(const Leg& a, const Leg& b) const;
+    /// Kites around both ends of an edge, four corners each.
+    struct Kites {
+        std::array<glm::dvec3, 8> points;
+        glm::dvec3 along{0, 0, 1}, widest{0}, widest_across{0};
+    };
+    /// @param narrowed  of the kites' width
+    Kites kitesOf(const Leg& a, const Leg& b, double narrowed = 1) const;
+    ConvexRegion spaceBetween(const Kites& kites) const;
+    ConvexRegion spaceBetween(const Leg& a, const Leg& b) const { return spaceBetween(kitesOf(a, b)); }
     bool isNear(const ConvexRegion& space) const;
     bool standsIn(const ConvexRegion& space, const PathEvent& event, double width, std::int64_t& searches) const;
+    bool isLitBetween(const Leg& to_a, const Leg& to_b, double width) const;
     bool covered(const Leg& a, const Leg& b, double before, double behind) const;
     Leg lastLeg(const Path& path, double shortened_voxels) const;
     Leg legFromLight(const glm::dvec3& entry) const;

@@ -95,6 +95,18 @@ TEST(Obstacles, AGapInTheReceiverIsBetween) {
     EXPECT_FALSE(still.between({-0.8, -0.9}, {-0.5, -0.8})) << "whole there";
 }
 
+TEST(Obstacles, AGapThatTwoFencesLeaveLightsTheirShadow) {
+    // Two boards that overlap shade more than there is, and leave a gap of 2 cm between them and a third.
+    const auto board = [](double low, double high, double z) {
+        return support::meshObject(support::boxMesh({low, -3, z}, {high, 3, z + 0.01}));
+    };
+    const Still fences({board(-3, 0.1, 0.5), board(-3, 0, 0.6), board(0.12, 3, 0.5)});
+    EXPECT_TRUE(fences.between({-0.2, 0}, {0.3, 0.1}));
+    EXPECT_TRUE(fences.between({0.095, 0}, {0.125, 0})) << "less than a voxel apart";
+    EXPECT_FALSE(fences.between({-0.7, 0}, {-0.5, 0.1})) << "two boards, one above the other";
+    EXPECT_FALSE(fences.between({0.4, 0}, {0.7, 0.1}));
+}
+
 TEST(Obstacles, EdgesReadTheSameBothWays) {
     std::mt19937 random(4);
     std::uniform_real_distribution<> place(-0.9, 0.9);
