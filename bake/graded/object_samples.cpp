@@ -164,7 +164,7 @@ private:
         out_.box_low = out_.sharp_sides ? glm::vec3(low_) : glm::vec3(1);
         out_.box_high = out_.sharp_sides ? glm::vec3(high_) : glm::vec3(out_.count - 2);
         if (object_.attenuates()) out_.attenuation.assign(samples_.size(), glm::vec4(0));
-        if (object_.emission != glm::dvec3(0)) out_.glow.assign(samples_.size(), glm::vec4(0));
+        if (object_.shines() || object_.anisotropy_volume) out_.glow.assign(samples_.size(), glm::vec4(0));
         if (out_.attenuation.empty() && out_.glow.empty()) return;
         forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
             glm::dvec3 at(node);
@@ -177,9 +177,12 @@ private:
                 object_.absorption_volume ? object_.absorption_volume->at(place(at)) : object_.absorption * presence;
             if (!out_.attenuation.empty())
                 out_.attenuation[i] = glm::vec4(glm::vec3(absorption), static_cast<float>(presence));
-            if (!out_.glow.empty())
-                out_.glow[i] =
-                    glm::vec4(glm::vec3(object_.emission * presence), static_cast<float>(object_.anisotropy));
+            if (out_.glow.empty()) return;
+            const glm::dvec3 emission =
+                object_.emission_volume ? object_.emission_volume->at(place(at)) : object_.emission * presence;
+            const double g =
+                object_.anisotropy_volume ? object_.anisotropy_volume->at(place(at)).x : object_.anisotropy;
+            out_.glow[i] = glm::vec4(glm::vec3(emission), static_cast<float>(g));
         });
     }
     bool isThere(const glm::dvec3& world) const {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bake/report/monitor.h"
-#include "bake/scene/absorption_volume.h"
+#include "bake/scene/medium_volume.h"
 
 namespace photic {
 
@@ -26,11 +26,14 @@ struct GradedObject {
     glm::dvec3 absorption{0}, scattering{0};  ///< per channel [1/m], where the object is
     double anisotropy = 0;                    ///< Henyey-Greenstein g, -1..1
     /// What absorbs instead of `absorption`; null where that is the same everywhere.
-    std::shared_ptr<const AbsorptionVolume> absorption_volume{};
+    std::shared_ptr<const MediumVolume> absorption_volume{};
     /// Surfaces name it: it is on their side of them and nowhere else, however far its index is known.
     bool enclosed = false;
     /// Of light by itself [W/(m3 sr)], where the object is. Eye rays see it; no bake lights a scene with it.
     glm::dvec3 emission{0};
+    /// What is there instead of `emission` and `anisotropy`; null where those are the same everywhere.
+    std::shared_ptr<const MediumVolume> emission_volume{}, anisotropy_volume{};
+    bool shines() const { return emission_volume || emission != glm::dvec3(0); }
     glm::dvec3 extinction() const { return absorption + scattering; }
     bool attenuates() const { return absorption_volume || extinction() != glm::dvec3(0); }
     bool coloured() const {

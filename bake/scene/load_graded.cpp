@@ -202,16 +202,20 @@ std::vector<std::shared_ptr<const GradedIndex>> loadGradedIndex(const ConfigValu
     return out;
 }
 
-std::shared_ptr<const AbsorptionVolume> loadAbsorptionVolume(const ConfigValue& value, LoadContext& context) {
+std::shared_ptr<const MediumVolume> loadMediumVolume(const TableReader& table, const MediumQuantity& quantity,
+                                                     LoadContext& context) {
+    const std::string key = fmt::format("{}_volume", quantity.name);
+    if (!table.has(key)) return nullptr;
+    const ConfigValue& value = *table.find(key);
     if (value.kind != ConfigValue::Kind::String && value.kind != ConfigValue::Kind::Table)
-        throw Error(ErrorCode::Input,
-                    fmt::format("'absorption_volume' is {}; give a file, or a table such as {{ file = \"n.vdb\" }}",
-                                value.kindName()),
-                    value.where);
-    const SampleFile file = sampleFile(value, "absorption_volume", context);
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("'{}' is {}; give a file, or a table such as {{ file = \"n.vdb\" }}", key, value.kindName()),
+            value.where);
+    const SampleFile file = sampleFile(value, key, context);
     return fromBytes(file, context, [&](const std::string& bytes) {
-        return std::make_shared<const AbsorptionVolume>(
-            readAbsorptionVolume(file.path, bytes, file.grid).moved(file.placement.position, axesOf(file.placement)));
+        return std::make_shared<const MediumVolume>(readMediumVolume(file.path, bytes, file.grid, quantity)
+                                                        .moved(file.placement.position, axesOf(file.placement)));
     });
 }
 

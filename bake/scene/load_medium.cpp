@@ -95,12 +95,18 @@ void loadCoefficients(const TableReader& table, Medium& medium, LoadContext& con
 void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
     for (const std::string& key : kIndexKeys) table.exclusive({"index", key});
     for (const char* key : {"absorption", "extinction"}) table.exclusive({"absorption_volume", key});
-    std::shared_ptr<const AbsorptionVolume> volume;
-    if (const ConfigValue* absorption = table.find("absorption_volume"))
-        volume = loadAbsorptionVolume(*absorption, context);
-    context.graded.push_back({medium.name, medium.where, loadGradedIndex(*table.find("index"), context),
-                              medium.absorption, medium.scattering, medium.anisotropy, std::move(volume)});
-    context.graded.back().emission = table.colour("emission", notNegative("W/(m3 sr)")).value_or(glm::dvec3(0));
+    table.exclusive({"emission_volume", "emission"});
+    table.exclusive({"anisotropy_volume", "anisotropy"});
+    GradedObject object{
+        medium.name,       medium.where,      loadGradedIndex(*table.find("index"), context), medium.absorption,
+        medium.scattering, medium.anisotropy, loadMediumVolume(table, kAbsorption, context)};
+    object.emission = table.colour("emission", notNegative("W/(m3 sr)")).value_or(glm::dvec3(0));
+    object.emission_volume = loadMediumVolume(table, kEmission, context);
+    object.anisotropy_volume = loadMediumVolume(table, kAnisotropy, context);
+    if (object.anisotropy_volume && medium.scattering == glm::dvec3(0))
+        context.monitor.warn(
+            fmt::format("{}: 'anisotropy_volume' has no effect without scattering", table.where("anisotropy_volume")));
+    context.graded.push_back(std::move(object));
     // Surfaces that name it say where they stand; until then it has the index of its middle.
     const auto box = context.graded.back().index.front()->bounds().value_or(WorldBox{});
     medium.ior = indexAt(context.graded.back(), 0.5 * (box.min + box.max));
@@ -108,10 +114,11 @@ void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
 }
 
 void loadNamed(const ConfigValue& value, LoadContext& context) {
-    std::vector<std::string> known{"name", "priority", "index", "absorption_volume", "emission"};
+    std::vector<std::string> known{
+        "name", "priority", "index", "absorption_volume", "emission", "emission_volume", "anisotropy_volume"};
     known.insert(known.end(), kCoefficientKeys.begin(), kCoefficientKeys.end());
     known.insert(known.end(), kIndexKeys.begin(), kIndexKeys.end());
-    const TableReader table(value, "[[medium]]", known, {"phase", "density", "anisotropy_volume"});
+    const TableReader table(value, "[[medium]]", known, {"phase", "density"});
     Medium medium;
     const auto name = table.text("name");
     if (!name) table.missing("name", "\"glass\", or write [medium] for the water alone");
@@ -122,14 +129,17 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
     loadCoefficients(table, medium, context);
     medium.priority = static_cast<int>(table.integer("priority", -1000000, 1000000).value_or(0));
     if (table.has("index")) return addGraded(table, std::move(medium), context);
-    if (table.has("absorption_volume"))
-        table.fail("absorption_volume",
-                   "'absorption_volume' is for a medium with an 'index' of its own; give "
-                   "'absorption', one value or three, to what lies between surfaces");
-    if (table.has("emission"))
-        table.fail("emission",
-                   "'emission' is for a medium with an 'index' of its own; what lies between surfaces does "
-                   "not shine");
+    for (const char* key : {"absorption_volume", "anisotropy_volume"})
+        if (table.has(key))
+            table.fail(key,
+                       fmt::format("'{0}_volume' is for a medium with an 'index' of its own; give '{0}' to what lies "
+                                   "between surfaces",
+                                   std::string(key).substr(0, std::string(key).find('_'))));
+    for (const char* key : {"emission", "emission_volume"})
+        if (table.has(key))
+            table.fail(key, fmt::format("'{}' is for a medium with an 'index' of its own; what lies between surfaces "
+                                        "does not shine",
+                                        key));
     const auto index = loadRefractiveIndex(table);
     if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;

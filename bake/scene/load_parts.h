@@ -76,8 +76,10 @@ RefractiveIndex indexAt(const GradedObject& object, const glm::dvec3& world);
 std::shared_ptr<const IndexVolume> loadIndex(const ConfigValue& table, double medium, LoadContext& context);
 /// `index` of a named medium: one, or three for red, green and blue.
 std::vector<std::shared_ptr<const GradedIndex>> loadGradedIndex(const ConfigValue& value, LoadContext& context);
-/// `absorption_volume` of such a medium: a file, or a table with its place.
-std::shared_ptr<const AbsorptionVolume> loadAbsorptionVolume(const ConfigValue& value, LoadContext& context);
+/// `absorption_volume`, `emission_volume` or `anisotropy_volume` of such a medium: a file, or a table with its place;
+/// null where it is not given.
+std::shared_ptr<const MediumVolume> loadMediumVolume(const TableReader& table, const MediumQuantity& quantity,
+                                                     LoadContext& context);
 BakeSettings loadBake(const ConfigValue& table);
 
 /// A mesh file with its `up`, its place in the scene, and `smooth`.

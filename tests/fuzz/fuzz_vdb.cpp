@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "bake/file/vdb.h"
-#include "bake/scene/absorption_volume.h"
+#include "bake/scene/medium_volume.h"
 #include "bake/scene/index_volume.h"
 #include "tests/fuzz/fuzzed.h"
 
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         photic::fuzz::demand(index.least() >= photic::kLeastIndex && index.largest() <= photic::kLargestIndex);
     });
     photic::fuzz::refusedOrRead([&] {
-        const auto absorption = photic::readAbsorptionVolume("a.vdb", bytes, "");
+        const auto absorption = photic::readMediumVolume("a.vdb", bytes, "");
         photic::fuzz::demand(std::isfinite(absorption.at(glm::dvec3(0.1)).x));
     });
     return 0;

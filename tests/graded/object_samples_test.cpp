@@ -85,6 +85,32 @@ TEST(ObjectSamples, ABallOfGlassHasAFaceAllAround) {
     EXPECT_EQ(s.glow[s.glow.size() / 2], glm::vec4(4, 0, 0, 0.25));
 }
 
+TEST(ObjectSamples, WhatShinesAndHowItScattersMayVary) {
+    // Both grow along x.
+    const auto ramp = [](float least, float step) {
+        MediumVolume::Samples samples;
+        samples.size = {9, 9, 9}, samples.origin_world = glm::dvec3(-1), samples.world_from_index = glm::dmat3(0.25);
+        for (int i = 0; i < 9 * 9 * 9; ++i) samples.values.emplace_back(least + step * float(i % 9));
+        return std::make_shared<const MediumVolume>(std::move(samples));
+    };
+    GradedObject ball = objectOf(makeFishEye({0, 0, 0}, 1.5, 8, 0.75));
+    ball.scattering = glm::dvec3(0.5), ball.anisotropy_volume = ramp(-0.8f, 0.2f);
+    const auto glowAt = [](const ObjectSamples& s, const glm::dvec3& p) {
+        const glm::ivec3 node(glm::round(glm::inverse(s.world_from_node) * (p - s.origin_world)));
+        return s.glow.at((static_cast<std::size_t>(node.z) * static_cast<std::size_t>(s.count.y) +
+                          static_cast<std::size_t>(node.y)) *
+                             static_cast<std::size_t>(s.count.x) +
+                         static_cast<std::size_t>(node.x));
+    };
+    const glm::vec4 dark = glowAt(sampled(ball), {0.5, 0, 0});
+    EXPECT_NEAR(dark.w, 0.4, 2e-3);
+    EXPECT_EQ(dark.x, 0);
+    ball.emission_volume = ramp(0, 1);
+    const glm::vec4 bright = glowAt(sampled(ball), {-0.5, 0, 0});
+    EXPECT_NEAR(bright.y, 2, 0.02);
+    EXPECT_NEAR(bright.w, -0.4, 4e-3);
+}
+
 TEST(ObjectSamples, ABlockKeepsItsSharpSides) {
     const WorldBox box{{-0.5, -0.4, -0.3}, {0.45, 0.4, 0.31}};
     const auto block = makeLinearSquare({0, 0, 0}, 1.5, {0, 0, -0.7}, box);

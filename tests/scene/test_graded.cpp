@@ -106,6 +106,51 @@ TEST(GradedMedia, AFileLiesWhereItIsPut) {
     std::filesystem::remove(path);
 }
 
+TEST(GradedMedia, EachHasVolumesOfItsOwn) {
+    // What absorbs, what shines and how light is scattered, per place; a second object has others, elsewhere.
+    openvdb::initialize();
+    const std::string path = ::testing::TempDir() + "/graded_volumes.vdb";
+    const auto write = [&](float absorption, float emission, float g) {
+        openvdb::GridPtrVec grids;
+        for (const auto& [name, value] :
+             {std::pair{"absorption", absorption}, std::pair{"emission", emission}, std::pair{"anisotropy", g}}) {
+            auto grid = openvdb::FloatGrid::create(0.0f);
+            grid->setName(name);
+            grid->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+            for (int x = 0; x < 4; ++x)
+                for (int y = 0; y < 4; ++y)
+                    for (int z = 0; z < 4; ++z) grid->tree().setValueOn({x, y, z}, value * float(1 + x));
+            grids.push_back(grid);
+        }
+        openvdb::io::File file(path);
+        file.write(grids);
+        file.close();
+    };
+    write(2, 5, -0.2f);
+    const std::string lens = "index = { kind = \"luneburg\", radius = 0.5 }\nscattering = 0.1\n",
+                      file = "\"graded_volumes.vdb\"\n",
+                      moved = "{ file = \"graded_volumes.vdb\", position = [1, 0, 0] }\n";
+    const Scene scene =
+        load(lens + "absorption_volume = " + file + "emission_volume = " + file + "anisotropy_volume = " + file +
+             "[[medium]]\nname = \"other\"\n" + lens + "emission_volume = " + moved + "anisotropy = 0.4\n");
+    const GradedObject &a = scene.index->objects().at(0), &b = scene.index->objects().at(1);
+    const glm::dvec3 at(0.15, 0.1, 0.1);
+    EXPECT_NEAR(a.absorption_volume->at(at).x, 5, 1e-5);
+    EXPECT_NEAR(a.emission_volume->at(at).y, 12.5, 1e-5);
+    EXPECT_NEAR(a.anisotropy_volume->at(at).x, -0.5, 1e-5);
+    EXPECT_FALSE(b.absorption_volume || b.anisotropy_volume);
+    EXPECT_NEAR(b.emission_volume->at(at + glm::dvec3(1, 0, 0)).x, 12.5, 1e-5);
+    EXPECT_EQ(b.emission_volume->at(at).x, 0);
+    EXPECT_EQ(b.anisotropy, 0.4);
+    refused(lens + "anisotropy = 0.4\nanisotropy_volume = " + file, {"anisotropy", "anisotropy_volume"});
+    write(1, -1, 0.3f);
+    refused(lens + "anisotropy_volume = " + file, {"anisotropy", "1.2", "between"});
+    refused(lens + "emission_volume = " + file, {"emission", "-1", "0 or more"});
+    refused("ior = 1.5\nemission_volume = " + file, {"emission_volume", "'index'"});
+    refused("ior = 1.5\nanisotropy_volume = " + file, {"anisotropy_volume", "'anisotropy'"});
+    std::filesystem::remove(path);
+}
+
 TEST(GradedMedia, AFileMustHoldAnIndex) {
     openvdb::initialize();
     const std::string path = ::testing::TempDir() + "/graded_bad.vdb";

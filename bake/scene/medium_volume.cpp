@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bake/scene/absorption_volume.h"
+#include "bake/scene/medium_volume.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -25,7 +25,7 @@ std::size_t flat(const glm::ivec3& size, const glm::ivec3& p) {
 }
 
 [[noreturn]] void refuse(const std::string& path, const std::string& why) {
-    throw Error(ErrorCode::Input, fmt::format("cannot read the absorption volume '{}': {}", path, why));
+    throw Error(ErrorCode::Input, fmt::format("cannot read the volume '{}': {}", path, why));
 }
 
 const VdbGrid& gridNamed(const std::string& path, const std::vector<VdbGrid>& grids, const std::string& name) {
@@ -40,13 +40,13 @@ const VdbGrid& gridNamed(const std::string& path, const std::vector<VdbGrid>& gr
 
 }  // namespace
 
-AbsorptionVolume::AbsorptionVolume(Samples samples)
+MediumVolume::MediumVolume(Samples samples)
     : samples_(std::move(samples)),
       index_from_world_(glm::inverse(samples_.world_from_index)),
       coloured_(std::any_of(samples_.values.begin(), samples_.values.end(),
                             [](const glm::vec3& v) { return v.x != v.y || v.y != v.z; })) {}
 
-glm::dvec3 AbsorptionVolume::at(const glm::dvec3& world) const {
+glm::dvec3 MediumVolume::at(const glm::dvec3& world) const {
     const glm::dvec3 p = index_from_world_ * (world - samples_.origin_world), low = glm::floor(p), t = p - low;
     for (int a = 0; a < 3; ++a)
         if (!(p[a] > -1 && p[a] < samples_.size[a])) return glm::dvec3(0);
@@ -63,21 +63,22 @@ glm::dvec3 AbsorptionVolume::at(const glm::dvec3& world) const {
     return sum;
 }
 
-AbsorptionVolume AbsorptionVolume::moved(const glm::dvec3& position, const glm::dmat3& axes) const {
+MediumVolume MediumVolume::moved(const glm::dvec3& position, const glm::dmat3& axes) const {
     Samples samples = samples_;
     samples.world_from_index = axes * samples_.world_from_index;
     samples.origin_world = position + axes * samples_.origin_world;
-    return AbsorptionVolume(std::move(samples));
+    return MediumVolume(std::move(samples));
 }
 
-AbsorptionVolume readAbsorptionVolume(const std::string& path, const std::string& bytes, const std::string& name) {
+MediumVolume readMediumVolume(const std::string& path, const std::string& bytes, const std::string& name,
+                              const MediumQuantity& quantity) {
     try {
         const VdbFile file = parseVdb(bytes.data(), bytes.size());
-        const VdbGrid& grid = gridNamed(path, file.grids, name.empty() ? "absorption" : name);
+        const VdbGrid& grid = gridNamed(path, file.grids, name.empty() ? quantity.name : name);
         if (!grid.transform) refuse(path, "it has a perspective transform; resample it to a linear one");
         glm::ivec3 min, max;
         if (!grid.activeBox(min, max)) refuse(path, fmt::format("grid {} has no active voxel", grid.name));
-        AbsorptionVolume::Samples samples;
+        MediumVolume::Samples samples;
         samples.size = max - min + 1;
         if (double(samples.size.x) * samples.size.y * samples.size.z > kMostVoxels)
             refuse(path, fmt::format("grid {} spans {} x {} x {} voxels, more than 2^27; crop or coarsen it", grid.name,
@@ -89,13 +90,14 @@ AbsorptionVolume readAbsorptionVolume(const std::string& path, const std::string
             glm::vec3 value;
             for (int c = 0; c < 3; ++c) {
                 value[c] = values[grid.components == 3 ? c : 0];
-                if (!(value[c] >= 0 && std::isfinite(value[c])))
-                    refuse(path, fmt::format("voxel ({}, {}, {}) of grid {} is {}; an absorption is 0 or more", voxel.x,
-                                             voxel.y, voxel.z, grid.name, value[c]));
+                const double v = double(value[c]);
+                if (!(v >= quantity.least && v <= quantity.most))
+                    refuse(path, fmt::format("voxel ({}, {}, {}) of grid {} is {}; {} is {}", voxel.x, voxel.y, voxel.z,
+                                             grid.name, value[c], quantity.name, quantity.limits));
             }
             samples.values[flat(samples.size, voxel - min)] = value;
         });
-        return AbsorptionVolume(std::move(samples));
+        return MediumVolume(std::move(samples));
     } catch (const VolumeFault& fault) {
         refuse(path, fault.what());
     } catch (const std::bad_alloc&) {
