@@ -17,8 +17,6 @@
 #include "bake/graded/ray_integrator.h"
 #include "bake/report/error.h"
 #include "bake/scene/index_volume.h"
-#include "bake/scene/mesh_file.h"
-#include "bake/scene/solids.h"
 #include "tests/methods/wavefront_scenes.h"
 
 namespace photic {
@@ -375,64 +373,6 @@ TEST(Wavefront, ThreeIndicesDisperse) {
     EXPECT_EQ(same, 0);
     EXPECT_GT(apart, 0.3 * sum);
     EXPECT_LT(b.report().power.imbalance(), 1e-9);
-}
-
-TEST(Wavefront, ASmoothedBallGoesToTheSharpOne) {
-    // Snell's law at a ball of n = 1.2 without reflection: where a ray that comes in at `b` crosses a plane below.
-    const double n = 1.2, radius = 0.3, plane = -0.45;
-    const auto crossing = [&](double b) {
-        const double turn = std::asin(b / radius) - std::asin(b / radius / n),
-                     above = std::sqrt(radius * radius - b * b);
-        const double way = 2 * (b * std::sin(turn) + above * std::cos(turn));
-        const double x = b - way * std::sin(turn), z = above - way * std::cos(turn);
-        return std::fabs(x - (z - plane) * std::tan(2 * turn));
-    };
-    const std::vector<double> circles{0.03, 0.05, 0.07, 0.1, 0.15};
-    std::vector<double> sharp(circles.size(), 0.0);
-    constexpr int kRays = 20000;
-    for (int i = 0; i < kRays; ++i)
-        for (std::size_t k = 0; k < circles.size(); ++k)
-            sharp[k] += crossing(radius * std::sqrt((i + 0.5) / kRays)) < circles[k] ? 1.0 / kRays : 0.0;
-
-    Monitor monitor;
-    double error[3];
-    for (int width = 0; width < 3; ++width) {
-        SolidVolume solid = voxelise({{"ball", "test", sphereMesh(glm::dvec3(0), radius, 96), n}}, 0.0125, 20, monitor);
-        smooth(solid, 4 >> width);
-        IndexVolume::Samples samples;
-        samples.world_from_index = glm::dmat3(solid.voxel_size);
-        samples.origin_world = (glm::dvec3(solid.min) + 0.5) * solid.voxel_size;
-        samples.size = solid.size, samples.values = solid.index;
-        Scene scene = sceneOf("min = [-0.45, -0.45, -0.5]\nmax = [0.45, 0.45, 0.4]\nvoxel_size = 0.0125", kDown,
-                              medium("{ kind = \"luneburg\", radius = 0.3 }"));
-        GradedObject object = scene.index->objects().front();
-        object.index = {
-            makeSampledIndex(std::make_shared<IndexVolume>(std::move(samples), 1.0), glm::dvec3(0), glm::dmat3(1))};
-        scene.index = std::make_shared<IndexVolume>(std::vector<GradedObject>{object});
-        const Bake b = bake(scene, with("spacing", 0.5));
-        const GridFrame& frame = b.field().frame();
-        const int k = static_cast<int>(std::lround(frame.indexFromWorld({0, 0, plane}).z));
-        const double h = frame.worldFromIndex()[0][0];
-        error[width] = 0;
-        for (std::size_t c = 0; c < circles.size(); ++c) {
-            double within = 0;
-            for (int i = frame.min.x; i <= frame.max.x; ++i)
-                for (int j = frame.min.y; j <= frame.max.y; ++j) {
-                    const glm::dvec3 p = frame.worldFromIndex(glm::dvec3(i, j, k));
-                    int inside = 0;  // of the voxel's area
-                    for (int s = 0; s < 64; ++s)
-                        inside += std::hypot(p.x + h * ((s % 8 + 0.5) / 8 - 0.5), p.y + h * ((s / 8 + 0.5) / 8 - 0.5)) <
-                                  circles[c];
-                    within -= b.field().flux({i, j, k}).z * h * h * inside / 64;
-                }
-            error[width] +=
-                std::fabs(within / (3.14159265 * radius * radius) - sharp[c]) / static_cast<double>(circles.size());
-        }
-        RecordProperty("error_" + std::to_string(4 >> width), std::to_string(error[width]));
-    }
-    EXPECT_GT(error[0], 2 * error[1]);
-    EXPECT_GT(error[1], error[2]);
-    EXPECT_LT(error[2], 0.06);
 }
 
 TEST(Wavefront, TheCausticGridIsTheLightOverWhatThereWouldBeWithoutMedia) {
