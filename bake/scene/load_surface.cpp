@@ -152,7 +152,8 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
         const bool creased = !smooth && shape && shape->closed() && !mesh.corner_normals.empty();
         if (creased)
             context.monitor.note(
-                fmt::format("'{}': edges sharper than 40 degrees are creases; smooth = true rounds them", file));
+                fmt::format("'{}': edges {} are creases; smooth = true rounds them", file,
+                            mesh.shaded_smooth ? "that the file shades sharp" : "sharper than 40 degrees"));
         TriangleMesh out = creased ? withCreases(mesh) : std::move(mesh);
         out.corner_normals.clear();
         return std::make_shared<TriangleMesh>(std::move(out));

@@ -85,10 +85,16 @@ std::vector<std::array<glm::dvec3, 3>> creasedNormals(const TriangleMesh& mesh, 
         const glm::dvec3 n = doubleArea(mesh, mesh.triangles[a.low_corner / 3]),
                          m = doubleArea(mesh, mesh.triangles[b.low_corner / 3]);
         const double turn = glm::dot(n, m) / (glm::length(n) * glm::length(m)) * (a.upwards == b.upwards ? -1 : 1);
-        if (turn >= kSharp) return true;
-        // What a file shades smooth is meant to be round, however few its faces are.
-        return !given.empty() && glm::dot(givenAt(a.low_corner), givenAt(b.low_corner)) > kAlike &&
-               glm::dot(givenAt(a.high_corner), givenAt(b.high_corner)) > kAlike;
+        // What a file shades smooth is meant to be round, however few its faces are; and what it parts is meant to be
+        // sharp, unless it parts all: then it only says that its faces are flat.
+        const auto isAlike = [&](std::uint32_t p, std::uint32_t q) {
+            return glm::dot(givenAt(p), givenAt(q)) > kAlike;
+        };
+        const bool alike = isAlike(a.low_corner, b.low_corner) && isAlike(a.high_corner, b.high_corner);
+        const auto isTold = [&](const Side& side) {
+            return givenAt(side.low_corner) != glm::dvec3(0) && givenAt(side.high_corner) != glm::dvec3(0);
+        };
+        return alike || (turn >= kSharp && !(mesh.shaded_smooth && isTold(a) && isTold(b)));
     };
     const std::vector<Side> sides = sidesOf(mesh);
     SmoothGroups groups(3 * mesh.triangles.size());

@@ -65,8 +65,8 @@ TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor&
 TriangleMesh withFacetNormals(const TriangleMesh& mesh);
 
 /// Normals of each triangle's corners of a welded mesh, each the mean over the faces by their angle (or of the file's
-/// normals) on its side of the creases: edges of two triangles that meet at more than 40 degrees, and whose normals in
-/// the file, if it has any, differ from side to side. Empty without creases.
+/// normals) on its side of the creases. Where the file shades smoothly, these are the edges whose normals in the file
+/// differ from side to side; otherwise edges of two triangles that meet at more than 40 degrees. Empty without creases.
 /// @param given       the file's normals, or empty
 /// @param vertex_of   the given normals of each triangle's corners
 std::vector<std::array<glm::dvec3, 3>> creasedNormals(const TriangleMesh& mesh, const std::vector<glm::dvec3>& given,

@@ -342,5 +342,29 @@ TEST_F(SceneTest, EdgesOfABodyAreCreasesWhereTheyAreSharp) {
     }
 }
 
+TEST_F(SceneTest, AFileThatShadesSmoothlySaysWhichEdgesAreSharp) {
+    // A wall of 24 sides, 15 degrees apart, one of which is flat.
+    std::string obj = drum(24, true);
+    const double turn = M_PI / 24;
+    const std::string round = "f 1//1 3//3 4//4 2//2\n", flat = "f 1//51 3//51 4//51 2//51\n";
+    const auto at = obj.find(round);
+    ASSERT_NE(at, std::string::npos);
+    obj.replace(at, round.size(), fmt::format("vn {} {} 0\n", std::cos(turn), std::sin(turn)) + flat);
+    write("cut.obj", obj);
+    SceneText text;
+    text.surface = "[[surface]]\nkind = \"mesh\"\nfile = \"cut.obj\"\nevent = \"mirror\"\n";
+    const Surface surface = load(text).surfaces[0];
+    int of_the_flat_side = 0;
+    for (const auto& t : surface.mesh->triangles)
+        for (const auto corner : t) {
+            const glm::dvec3 &n = surface.mesh->normals[corner], p = surface.mesh->positions[corner];
+            if (std::fabs(n.z) > 0.5) continue;
+            const bool is_flat = glm::length(n - glm::dvec3(std::cos(turn), std::sin(turn), 0)) < 1e-6;
+            of_the_flat_side += is_flat;
+            EXPECT_NEAR(n.x * p.x + n.y * p.y, is_flat ? std::cos(turn) : 1, 1e-6);
+        }
+    EXPECT_EQ(of_the_flat_side, 6);
+}
+
 }  // namespace
 }  // namespace photic
