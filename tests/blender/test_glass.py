@@ -73,6 +73,46 @@ class Written(unittest.TestCase):
         self.assertAlmostEqual(medium["ior"], INDEX, 6)
         numpy.testing.assert_allclose(medium["absorption"], (0.0, 1.0, 1.5), atol=1e-6)
 
+    def tumbler(self, auto_smooth):
+        """A cylinder about z, shaded smooth: round over its rims, or with sharp ones."""
+        bpy.ops.mesh.primitive_cylinder_add(vertices=48, radius=RADIUS, depth=0.2, location=CENTRE, rotation=(0.5, 0, 0))
+        obj = bpy.context.object
+        obj.scale = (1.0, 2.0, -1.0)    # stretched and mirrored
+        obj.data.materials.append(scenes.glass("Glass", INDEX))
+        obj.data.polygons.foreach_set("use_smooth", [True] * len(obj.data.polygons))
+        if not auto_smooth:
+            return obj
+        if hasattr(obj.data, "use_auto_smooth"):
+            obj.data.use_auto_smooth, obj.data.auto_smooth_angle = True, math.radians(30)
+        else:
+            obj.data.set_sharp_from_angle(angle=math.radians(30))
+        return obj
+
+    def test_sharp_edges_stay_sharp(self):
+        obj = self.tumbler(auto_smooth=True)
+        surface = tables()["surface"][0]
+        self.assertNotIn("smooth", surface)
+        mesh = scene_now().of("REFRACTOR")[0].mesh
+        turned = numpy.array(obj.matrix_world.to_3x3())
+        up = numpy.linalg.inv(turned).T @ (0, 0, 1)
+        up /= numpy.linalg.norm(up)
+        along = numpy.abs(mesh.normals.reshape(-1, 3) @ up)
+        caps = along > 0.999
+        self.assertEqual(int(caps.sum()), 2 * 46 * 3, "all corners of the caps, and they alone, face along the axis")
+        a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
+        faces = numpy.cross(b - a, c - a)
+        self.assertGreater((faces[:, None] * mesh.normals).sum(axis=2).min(), 0, "outwards, like the triangles")
+        header = (pathlib.Path(OUT) / surface["file"]).read_bytes().split(b"end_header")[0].decode()
+        self.assertIn("property double nz", header)
+        self.assertEqual(scene_now().notes, [])
+
+    def test_round_rims_stay_round(self):
+        mesh = self.tumbler(auto_smooth=False).data
+        self.assertTrue(tables()["surface"][0]["smooth"])
+        mesh.polygons.foreach_set("use_smooth", [False] * len(mesh.polygons))
+        mesh.update()
+        self.assertFalse(tables()["surface"][0]["smooth"])
+
     def test_the_smaller_body_is_what_is_there(self):
         ball("Tumbler", 0.4, CENTRE, scenes.glass("Glass", 1.5))
         ball("Drink", 0.35, CENTRE, scenes.glass("Drink", 1.35))

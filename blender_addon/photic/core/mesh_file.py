@@ -7,14 +7,23 @@ import pathlib
 import numpy
 
 
-def write_ply(folder, positions, triangles):
-    """Writes vertices [m] (n x 3, float64) and triangles (m x 3, int32); returns the file's name in `folder`."""
+def write_ply(folder, positions, triangles, normals=None):
+    """Writes vertices [m] (n x 3, float64) and triangles (m x 3, int32); returns the file's name in `folder`. With
+    `normals` of the triangles' corners (m x 3 x 3), a vertex is there once for each normal that it has."""
+    names = ["x", "y", "z"]
+    if normals is not None:
+        names += ["nx", "ny", "nz"]
+        places = numpy.concatenate([triangles.reshape(-1, 1), numpy.round(normals.reshape(-1, 3), 6)], axis=1)
+        kept, of_corner = numpy.unique(places, axis=0, return_inverse=True)
+        positions = numpy.concatenate([positions[kept[:, 0].astype(int)], kept[:, 1:]], axis=1)
+        triangles = of_corner.reshape(-1, 3)
     positions = numpy.ascontiguousarray(positions, dtype="<f8")
+    properties = "".join(f"property double {name}\n" for name in names)
     rows = numpy.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", 3)])
     rows["count"] = 3
     rows["corners"] = triangles
     header = ("ply\nformat binary_little_endian 1.0\n"
-              f"element vertex {len(positions)}\nproperty double x\nproperty double y\nproperty double z\n"
+              f"element vertex {len(positions)}\n{properties}"
               f"element face {len(rows)}\nproperty list uchar int vertex_indices\nend_header\n").encode()
     digest = hashlib.sha256(header)
     digest.update(positions)

@@ -29,6 +29,10 @@ class Item:
         """Closed: light goes in and comes out again."""
         return self.role == roles.REFRACTOR and self.mesh.closed
 
+    def is_creased(self):
+        """A glass or mirror that is smooth but for some of its edges, which its light shows."""
+        return self.role in (roles.REFRACTOR, roles.MIRROR) and self.mesh.closed and self.mesh.creased
+
     def mean_ior(self):
         return float(numpy.mean(self.optics.ior))
 
@@ -126,7 +130,7 @@ def _item(name, obj, role, mesh, scene, first):
     if first:
         bends = role in (roles.REFRACTOR, roles.MIRROR)
         scene.notes += [(obj.name, f"the material of '{obj.name}': {note}") for note in optics.notes if bends]
-        if bends and 0 < mesh.smooth_share < 1:
+        if bends and 0 < mesh.smooth_share < 1 and not (mesh.closed and mesh.creased):
             scene.notes.append((obj.name, f"'{obj.name}' is shaded partly smooth and partly flat; "
                                           f"{'smooth' if mesh.smooth_share >= 0.5 else 'flat'} is baked"))
         ocean = next((m for m in obj.modifiers if m.type == "OCEAN"), None)

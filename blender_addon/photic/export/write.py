@@ -43,8 +43,10 @@ def scene_text(settings, scene, folder, methods):
         if item.grid:
             text.add("[[surface]]", _height_field(item, folder, media), item.object_name)
             continue
-        shape = {"name": item.name, "file": mesh_file.write_ply(folder, item.mesh.positions, item.mesh.triangles),
-                 "smooth": item.mesh.smooth_share >= 0.5}
+        # Without the flag the baker keeps the edges that the file's normals say.
+        creased = item.is_creased()
+        file = mesh_file.write_ply(folder, item.mesh.positions, item.mesh.triangles, item.mesh.normals if creased else None)
+        shape = {"name": item.name, "file": file, **({} if creased else {"smooth": item.mesh.smooth_share >= 0.5})}
         if item.role == roles.REFRACTOR:
             text.add("[[surface]]", {**shape, "kind": "mesh", **_refractor(item, media)}, item.object_name)
         elif item.role == roles.MIRROR:
