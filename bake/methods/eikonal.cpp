@@ -8,6 +8,7 @@
 #include "bake/field/caustic_steps.h"
 #include "bake/methods/eikonal_front.h"
 #include "bake/methods/method_options.h"
+#include "bake/paths/height_field_hit.h"
 #include "bake/report/error.h"
 #include "bake/report/stopwatch.h"
 #include "bake/scene/crest_warnings.h"
@@ -61,6 +62,9 @@ std::string eikonalRefusal(const Scene& scene) {
     if (surface.ior_below < surface.ior_above)
         return fmt::format("'{}' has ior_below {} under ior_above {}, where light can be reflected totally; use beams",
                            surface.name, surface.ior_below, surface.ior_above);
+    if (standsBelow(scene.lights.front(), surface))
+        return fmt::format("the light '{}' stands in the water, and fronts start above it; use beams",
+                           scene.lights.front().name);
     if (scene.lights.front().direction.z >= 0) return "the light comes from below; use beams";
     if (scene.index && scene.index->least() < surface.ior_above)
         return fmt::format("the [[index]] goes down to {:.4g} under ior_above {}, where light can be reflected totally",

@@ -12,6 +12,7 @@
 #include <map>
 
 #include "bake/graded/voxel_mean.h"
+#include "bake/paths/height_field_hit.h"
 #include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -152,6 +153,13 @@ std::string gradedSpaceRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.domain.shear_mode != ShearMode::None)
         return "a sheared grid is not built yet for media whose index varies; remove [domain] shear";
+    for (const Light& light : scene.lights)
+        for (const Surface& surface : scene.surfaces)
+            if (standsBelow(light, surface))
+                return fmt::format(
+                    "the light '{}' stands below '{}', which is not built yet beside media whose index "
+                    "varies; stand it above",
+                    light.name, surface.name);
     return {};
 }
 

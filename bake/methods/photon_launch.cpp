@@ -71,6 +71,7 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
       light_(light) {
     const double radius = angularRadius(light);
     if (surface_->height_field) domain_ = launchDomain(scene, *surface_, light, frame);
+    from_below_ = standsBelow(light, *surface_);
     if (surface_->mesh && !surface_->sphere) {
         // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
         const TriangleMesh& mesh = *surface_->mesh;
@@ -116,10 +117,11 @@ PhotonStart PhotonLaunch::start(const std::array<double, 4>& x) const {
     PhotonStart out;
     glm::dvec3 area(0);
     if (!place(x[0], x[1], out, area)) return out;
-    const Emission emission(*scene_, surface_index_, light_.sample(x[2], x[3]));
+    const Emission emission(*scene_, surface_index_, light_.sample(x[2], x[3]), from_below_);
     out.direction = emission.directionAt(out.position), out.source = emission.sample().source;
     const double facing = -glm::dot(out.direction, area);
-    out.power = emission.irradianceAt(out.position) * (surface_->mesh ? std::fabs(facing) : std::max(0.0, facing));
+    out.power = emission.irradianceAt(out.position) *
+                (surface_->mesh ? std::fabs(facing) : std::max(0.0, from_below_ ? -facing : facing));
     return out;
 }
 

@@ -85,6 +85,7 @@ private:
     const Surface* surface_;
     PhotonLight light_;
     LaunchDomain domain_;
+    bool from_below_ = false;  // the lamp stands under the height field
     double estimated_power_ = 0;
     std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
     std::vector<double> share_;       // [m2], before normalisation

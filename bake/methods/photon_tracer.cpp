@@ -22,7 +22,13 @@ void PhotonTracer::follow(int surface, const PhotonStart& start, const glm::dvec
     }
     Photon photon;
     photon.direction = start.direction, photon.power = power, photon.least = limits_.threshold * channelMean(power);
-    photon.inside = optics_.startingInside(surface, start.direction, start.face);
+    photon.inside = optics_.startingInside(surface, start.direction, start.face, start.source);
+    if (start.source) {
+        PowerLedger handed_on;
+        photon.power = countLeg(optics_.medium(optics_.mediumOf(photon.inside)), power,
+                                glm::length(start.position - *start.source), &PowerLedger::received, handed_on);
+        tally.power.absorbed_medium += handed_on.absorbed_medium, tally.power.scattered += handed_on.scattered;
+    }
     meet(photon, surface, {start.position, start.normal, start.face}, field, tally);
 }
 

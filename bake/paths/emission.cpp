@@ -130,7 +130,7 @@ glm::dvec3 Emission::power(const glm::dvec3& a, const glm::dvec3& b, const glm::
     const double volume = -glm::dot(u, glm::cross(v, w));
     double angle = 2 * std::atan2(std::fabs(volume),
                                   lu * lv * lw + glm::dot(u, v) * lw + glm::dot(u, w) * lv + glm::dot(v, w) * lu);
-    if (!surface_.mesh && volume < 0) angle = 0;
+    if (!surface_.mesh && !surface_.sphere && (volume < 0) != from_below_) angle = 0;
     return angle * meanStrength({u, v, w});
 }
 

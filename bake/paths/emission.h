@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
+#include "bake/paths/height_field_hit.h"
 #include "bake/paths/path.h"
 #include "bake/scene/scene.h"
 
@@ -49,7 +50,14 @@ class Emission {
 public:
     /// @param surface  in Scene::surfaces; scene must outlive the emission
     Emission(const Scene& scene, int surface, const LightSample& sample)
-        : surface_(scene.surfaces[static_cast<std::size_t>(surface)]), index_(surface), sample_(sample) {}
+        : Emission(scene, surface, sample,
+                   sample.source && standsBelow(*sample.light, scene.surfaces[static_cast<std::size_t>(surface)])) {}
+    /// @param from_below  what standsBelow() says, for those who ask often
+    Emission(const Scene& scene, int surface, const LightSample& sample, bool from_below)
+        : surface_(scene.surfaces[static_cast<std::size_t>(surface)]),
+          index_(surface),
+          sample_(sample),
+          from_below_(from_below) {}
 
     const Surface& surface() const { return surface_; }
     int surfaceIndex() const { return index_; }
@@ -71,8 +79,9 @@ public:
     EmittedRay at(const EmissionParam& param, const glm::dvec3& face) const;
 
     /// Power per channel [W] through the triangle between three points of the surface, in the surface's orientation:
-    /// height fields take light from the side of their normal only, meshes from either. A sun's by its cross-section, a
-    /// lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength over the triangle.
+    /// height fields take light from the side only where the light stands, meshes from either. A sun's by its
+    /// cross-section, a lamp's by the solid angle [Van Oosterom and Strackee 1983] and the mean of its strength over
+    /// the triangle.
     glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
     /// What a lamp's strength does between two points of the surface and as far beside them: corners speak for the
@@ -96,6 +105,7 @@ private:
     const Surface& surface_;
     int index_;
     LightSample sample_;
+    bool from_below_;
     std::optional<LightPlane> plane_;
 };
 

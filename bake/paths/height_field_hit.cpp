@@ -81,4 +81,10 @@ HeightFieldHit hitHeightField(const Surface& surface, const glm::dvec3& origin, 
     return out;
 }
 
+bool standsBelow(const Light& light, const Surface& surface) {
+    if (!light.position || !surface.height_field) return false;
+    return std::isfinite(
+        hitHeightField(surface, *light.position, {0, 0, 1}, 0, std::numeric_limits<double>::infinity()).distance);
+}
+
 }  // namespace photic

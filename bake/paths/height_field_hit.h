@@ -25,4 +25,8 @@ struct HeightFieldHit {
 HeightFieldHit hitHeightField(const Surface& surface, const glm::dvec3& origin, const glm::dvec3& direction,
                               double start, double max_distance);
 
+/// Whether a lamp stands below a height field: in the half-space below it, or, where nothing goes on beyond its patch,
+/// under the patch. Suns shine from above.
+bool standsBelow(const Light& light, const Surface& surface);
+
 }  // namespace photic

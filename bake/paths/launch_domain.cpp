@@ -12,6 +12,7 @@
 
 #include "bake/optics/snell.h"
 #include "bake/optics/tangent_frame.h"
+#include "bake/paths/height_field_hit.h"
 #include "bake/scene/not_built.h"
 
 namespace photic {
@@ -159,16 +160,20 @@ struct Places {
 
 class Reach {
 public:
-    Reach(const Scene& scene, const Surface& surface, const GridFrame& frame) : surface_(surface) {
+    /// @param from_below  light goes up to the surface; the world is turned over for it, z to -z
+    Reach(const Scene& scene, const Surface& surface, const GridFrame& frame, bool from_below) : surface_(surface) {
         const HeightField& field = *surface.height_field;
-        low_ = field.minZ(), high_ = field.maxZ();
+        low_ = from_below ? -field.maxZ() : field.minZ(), high_ = from_below ? -field.minZ() : field.maxZ();
         bends_.slopes = slopesOf(surface);
-        bends_.ior_above = sideOf(scene, surface, Side::Above).ior.mean();
-        bends_.ior_below = sideOf(scene, surface, Side::Below).ior.mean();
+        bends_.ior_above = sideOf(scene, surface, from_below ? Side::Below : Side::Above).ior.mean();
+        bends_.ior_below = sideOf(scene, surface, from_below ? Side::Above : Side::Below).ior.mean();
+        for (Range* slope : {&bends_.slopes.x, &bends_.slopes.y})
+            if (from_below) *slope = {-slope->high, -slope->low};
         for (unsigned c = 0; c < 8; ++c) {
             glm::dvec3 index;
             for (int a = 0; a < 3; ++a) index[a] = c >> a & 1 ? frame.max[a] + 0.5 : frame.min[a] - 0.5;
             corners_[c] = frame.worldFromIndex(index);
+            if (from_below) corners_[c].z = -corners_[c].z;
         }
     }
     double low() const { return low_; }
@@ -287,11 +292,16 @@ private:
 LaunchDomain launchDomain(const Scene& scene, const Surface& surface, const Light& light, const GridFrame& frame) {
     LaunchDomain domain;
     if (!surface.height_field || frame.size().x <= 0) return domain;
-    const Reach reach(scene, surface, frame);
+    const bool from_below = standsBelow(light, surface);
+    const Reach reach(scene, surface, frame, from_below);
     constexpr int kSteps = 8;
     Places places = reach.of(arrivingDirections(light), kSteps);
     const double displaced = surface.height_field->maxDisplacement();
-    if (light.position && !places.x.empty()) places = LampReach(light, reach, displaced).within(places);
+    if (light.position && !places.x.empty()) {
+        Light lamp = light;
+        if (from_below) lamp.position->z *= -1, lamp.direction.z *= -1, lamp.tangent.z *= -1;
+        places = LampReach(lamp, reach, displaced).within(places);
+    }
     domain.complete = places.complete;
     if (places.x.empty()) return domain;
 

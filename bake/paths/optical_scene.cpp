@@ -42,6 +42,24 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
         if (surface.height_field && is_met) height_fields_.push_back(static_cast<int>(i));
         own_shadows_.push_back(OwnShadow::of(scene, surface, frame));
     }
+    for (const Light& light : scene.lights) {
+        int water = -1;
+        for (std::size_t i = 0; i < scene.surfaces.size() && water < 0; ++i)
+            if (standsBelow(light, scene.surfaces[i])) water = sides_[i].inside;
+        waters_.push_back(water);
+    }
+}
+
+// The water that a lamp stands in, or -1; a rectangle's points are nearest to its own centre.
+int OpticalScene::waterAround(const glm::dvec3& source) const {
+    int water = -1;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+        if (!scene_.lights[i].position) continue;
+        const double distance = glm::length(*scene_.lights[i].position - source);
+        if (distance < nearest) nearest = distance, water = waters_[i];
+    }
+    return water;
 }
 
 int OpticalScene::mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm) {
@@ -63,11 +81,13 @@ int OpticalScene::mediumFor(const Medium& medium, const std::vector<double>& wav
     return static_cast<int>(media_.size()) - 1;
 }
 
-MediumStack OpticalScene::startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const {
+MediumStack OpticalScene::startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face,
+                                         const std::optional<glm::dvec3>& source) const {
     const bool from_outside = glm::dot(direction, face) < 0;
     const MediumSides& sides = this->sides(surface);
     MediumStack stack;
     stack.base = static_cast<std::int16_t>(from_outside || sides.nested ? sides.outside : sides.inside);
+    if (const int water = source ? waterAround(*source) : -1; water >= 0) stack.base = static_cast<std::int16_t>(water);
     // Light that stands inside of a closed body.
     return from_outside || !sides.nested ? stack : across(stack, surface, true);
 }
@@ -158,7 +178,8 @@ PathOutcome OpticalScene::arrivalOn(int surface, const glm::dvec3& point, const 
                                     const std::optional<glm::dvec3>& source) const {
     const PathOutcome outcome = arrival(point, direction, source);
     const OwnShadow* shadow = ownShadow(surface);
-    if (outcome != PathOutcome::Lit || !shadow) return outcome;
+    // Waves are looked for between a point and the sky: what comes from below does not pass them.
+    if (outcome != PathOutcome::Lit || !shadow || direction.z > 0) return outcome;
     const double reach = source ? glm::length(point - *source) : std::numeric_limits<double>::infinity();
     return shadow->covers(point, direction, reach) ? PathOutcome::Hidden : outcome;
 }

@@ -102,8 +102,14 @@ public:
     bool standsEndless() const { return caster().hasPlanes() || !height_fields_.empty(); }
 
     /// What light is in that comes from a lamp or a sun to its first surface.
-    /// @param face  geometric normal of the surface, on the side of ior_above
-    MediumStack startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face) const;
+    /// @param face    geometric normal of the surface, on the side of ior_above
+    /// @param source  [m] where the light stands; none for a sun
+    MediumStack startingInside(int surface, const glm::dvec3& direction, const glm::dvec3& face,
+                               const std::optional<glm::dvec3>& source = std::nullopt) const;
+    /// What a lamp's own medium leaves of its light before the first surface, per channel. A sun comes from outside.
+    glm::dvec3 leftOnTheWay(const MediumStack& inside, double distance) const {
+        return glm::exp(-medium(mediumOf(inside)).extinction() * distance);
+    }
     /// The medium that is really there.
     int mediumOf(const MediumStack& inside) const;
     /// The stack on the other side of a surface. @param inwards  against the surface's normal
@@ -138,6 +144,7 @@ public:
 private:
     int mediumFor(const Medium& medium, const std::vector<double>& wavelengths_nm);
     Meeting meetingOnMesh(const Surface& surface, const RayHit& hit, const glm::dvec3& point) const;
+    int waterAround(const glm::dvec3& source) const;
 
     const Scene& scene_;
     GridFrame frame_;
@@ -148,6 +155,7 @@ private:
     std::vector<MediumSides> sides_;
     std::vector<int> height_fields_;  // that legs can meet
     std::vector<std::optional<OwnShadow>> own_shadows_;
+    std::vector<int> waters_;  // of each light of the scene: the medium of the height field above it, or -1
 };
 
 template <class IorOf>

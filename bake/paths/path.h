@@ -70,6 +70,7 @@ struct Path {
     double dropped = 0;       ///< of it, in branches that would meet the surface again (ledger: dropped)
     glm::dvec3 absorbed{0};   ///< of it, that a metal keeps, per channel (ledger: absorbed at surfaces)
     int medium = 0;           ///< of the last leg, in OpticalScene::media
+    int first_medium = 0;     ///< from the light to the first surface
     MediumStack inside;       ///< of the last leg
     PathOutcome outcome = PathOutcome::Dark;
     Target end;  ///< what the last leg meets

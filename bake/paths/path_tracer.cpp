@@ -78,7 +78,10 @@ Path PathTracer::traceAcross(const EmissionParam& param) const {
 void PathTracer::followHistory(const EmittedRay& ray, Path& path) const {
     path.entry = ray.position;
     path.facing = -glm::dot(ray.direction, ray.normal);
-    path.inside = optics_.startingInside(history_.front().surface, ray.direction, ray.face);
+    const std::optional<glm::dvec3>& source = emission_.sample().source;
+    path.inside = optics_.startingInside(history_.front().surface, ray.direction, ray.face, source);
+    path.first_medium = optics_.mediumOf(path.inside);
+    if (source) path.arriving = optics_.leftOnTheWay(path.inside, glm::length(ray.position - *source));
     takeEvent(history_.front(), ray.direction, {ray.position, ray.normal, ray.face}, path);
     if (path.outcome != PathOutcome::Lit) return;
     path.outcome = PathOutcome::Dark;

@@ -108,7 +108,8 @@ private:
         const HeightField& surface = *tracer_.surface().height_field;
         strip.point_rows.resize(static_cast<std::size_t>(strip.rows + 3));
         strip.ray_rows.resize(static_cast<std::size_t>(strip.rows + 3));
-        strip.bending = refine_.tolerance > 0;
+        // A lamp's rays part from one another besides: the refiner looks for itself.
+        strip.bending = refine_.tolerance > 0 && tracer_.emission().parallel();
         strip.floor_w = lastFace(setup_.refract);
         const int border = strip.bending || !obstacles_.none() ? 1 : 0;
         for (int j = -border; j <= strip.rows + border; ++j) {

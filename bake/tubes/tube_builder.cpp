@@ -67,6 +67,14 @@ CornerRay TubeBuilder::cornerRay(const Path& path, int axis, double end_distance
     return ray;
 }
 
+// What a lamp's own medium takes before its first surface.
+void TubeBuilder::countFirstLeg(const Path& path, const glm::dvec3& emitted) {
+    PowerLedger handed_on;
+    countLeg(optics_->medium(path.first_medium), emitted, glm::length(path.entry - *emission_->sample().source),
+             &PowerLedger::received, handed_on);
+    power_.absorbed_medium += handed_on.absorbed_medium, power_.scattered += handed_on.scattered;
+}
+
 // Counts one corner's share of a tube. `unlaid` is the term that light belongs to that is not laid; null: it is laid.
 // Returns what arrives at a surface that hands it on.
 double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid) {
@@ -76,6 +84,7 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
         if (launch_.counts_emission) power_.absorbed_surface += channelMean(emitted);
         return 0;
     }
+    if (launch_.counts_emission && emission_->sample().source) countFirstLeg(path, emitted);
     const glm::dvec3 arriving = emitted * path.arriving;
     arriving_ += channelMean(arriving);
     const double absorbed = channelMean(arriving * path.absorbed);
