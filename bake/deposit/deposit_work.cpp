@@ -74,7 +74,7 @@ void countSlab(const CornerRay* const* corner, int first, const glm::dvec2& mean
 
 }  // namespace
 
-DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature) {
+DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature, bool has_edges) {
     const Box box = boxOf(frame, tubes.axis);
     const glm::dvec2 mean_slope(tubes.meanSlopeU(), tubes.meanSlopeV());
     DepositWork work;
@@ -91,7 +91,7 @@ DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadra
                 if (high > first - 0.5 && low < std::min(first + kLayers, box.end_layer) - 0.5)
                     countSlab(corner, first, mean_slope, box, work);
         }
-    return work * (quadrature > 0 ? quadrature : pointsAcrossLayer(tubes));
+    return work * (quadrature > 0 ? quadrature : pointsAcrossLayer(tubes, has_edges));
 }
 
 DepositWork depositWork(const TubeSet& tubes, const BentRows& bent, const GridFrame& frame, int layers) {

@@ -22,7 +22,7 @@ struct DepositWork {
 
 /// As if every voxel of the frame were needed.
 /// @param quadrature  points a layer; 0: as the tubes slant
-DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature);
+DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature, bool has_edges = false);
 
 /// Of bent tubes in one slab of `layers` layers, at one point of each.
 DepositWork depositWork(const TubeSet& tubes, const BentRows& bent, const GridFrame& frame, int layers);

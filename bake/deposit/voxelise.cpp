@@ -92,7 +92,7 @@ public:
           field_(field),
           options_(options),
           axes_(axesFor(set.axis)),
-          rule_(gaussPoints(options.quadrature ? options.quadrature : pointsAcrossLayer(set))),
+          rule_(gaussPoints(options.quadrature ? options.quadrature : pointsAcrossLayer(set, options.has_edges))),
           scale_(static_cast<float>(1.0 / field.frame().voxelVolume())) {}
 
     void run(DepositTotals& totals, Monitor& monitor) {
@@ -368,9 +368,12 @@ private:
 
 }  // namespace
 
-int pointsAcrossLayer(double slope) { return slope <= 0.65 ? 1 : slope <= 1 ? 2 : 4; }
+int pointsAcrossLayer(double slope, bool has_edges) {
+    const double one = has_edges ? 0.1 : 0.65, two = has_edges ? 0.3 : 1;
+    return slope <= one ? 1 : slope <= two ? 2 : 4;
+}
 
-int pointsAcrossLayer(const TubeSet& tubes) { return pointsAcrossLayer(tubes.rmsSlope()); }
+int pointsAcrossLayer(const TubeSet& tubes, bool has_edges) { return pointsAcrossLayer(tubes.rmsSlope(), has_edges); }
 
 void voxelise(const TubeSet& tubes, LightField& field, const VoxeliseOptions& options, DepositTotals& totals,
               Monitor& monitor) {

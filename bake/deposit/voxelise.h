@@ -23,6 +23,7 @@ struct VoxeliseOptions {
     DepositKernel kernel = DepositKernel::Edges;
     InstructionSet instruction_set = bestInstructionSet();
     int quadrature = 0;      ///< Gauss points across a layer: 1, 2 or 4; 0: pointsAcrossLayer
+    bool has_edges = false;  ///< bodies shape the light: pointsAcrossLayer
     double noise_floor = 0;  ///< [W/m2] irradiance below this is rounding of the sums and becomes 0
 };
 
@@ -36,9 +37,11 @@ struct DepositTotals {
 /// Points at which a layer of these tubes is evaluated: one where their slope (root mean square) moves them by at
 /// most 0.65 voxels from a layer to the next, two up to 1, four beyond. A layer's middle stands for the whole layer
 /// badly where light crosses it slantwise: under a sun at 75 degrees one point is off by 5 % in the volume, four by 0.5
-/// %.
-int pointsAcrossLayer(double slope_voxels);
-int pointsAcrossLayer(const TubeSet& tubes);
+/// %. Within a sheet of tubes what one misplaces the next one brings; at the outline of a beam or of a shadow nothing
+/// does. Light with such edges gets two points from 0.1 voxels on and four from 0.3: a quarter longer, and the spots of
+/// a ball of mirrors 0.2 % off instead of 5.5 %.
+int pointsAcrossLayer(double slope_voxels, bool has_edges = false);
+int pointsAcrossLayer(const TubeSet& tubes, bool has_edges = false);
 
 /// Adds the light of `tubes` to `field`, exactly in power: in each layer of voxels the tubes are cut by the layer's
 /// middle plane (or Gauss points), the triangle between the three corner rays is intersected with the voxels, and each

@@ -75,6 +75,7 @@ public:
         launch_ = launchOptions(scene, options);
         voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
         voxelise_.quadrature = scene.bake.quadrature;
+        voxelise_.has_edges = hasEdges(scene);
     }
 
     void addLight(const Light& light, LobeFields& field) {

@@ -49,7 +49,8 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
     const LaunchDomain domain = surface.height_field ? launchDomain(q.scene, surface, light, q.frame) : LaunchDomain{};
     DepositWork deposit;
     const TubeSink count = [&](TubeSets&& sets) {
-        for (const TubeSet& set : sets) deposit += depositWork(set, q.frame, q.scene.bake.quadrature);
+        for (const TubeSet& set : sets)
+            deposit += depositWork(set, q.frame, q.scene.bake.quadrature, hasEdges(q.scene));
     };
     LaunchOptions launch = launchOptions(q.scene, options);
     launch.tubes.channels = q.scene.coloured() ? 3 : 1;
@@ -87,6 +88,14 @@ double secondsOf(const Launched& all, double needed, int channels) {
 }
 
 }  // namespace
+
+bool hasEdges(const Scene& scene) {
+    return std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
+                       [](const Surface& surface) { return surface.height_field == nullptr; }) ||
+           std::any_of(scene.objects.begin(), scene.objects.end(), [](const Object& object) {
+               return object.blocks() && !std::holds_alternative<Plane>(object.shape);
+           });
+}
 
 BeamsDisc discFor(const Scene& scene, const Light& light, const GridFrame& frame, const BeamsOptions& options) {
     if (options.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;

@@ -22,6 +22,9 @@ int discDirections(const OpticalScene& optics, const Light& light, const BeamsOp
 LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options);
 FollowLimits followLimits(const Scene& scene);
 
+/// Whether bodies bend light, or stand in it, so that it has outlines: VoxeliseOptions::has_edges.
+bool hasEdges(const Scene& scene);
+
 /// What a bake by beams takes: rays and tubes by how much the surface bends, deposits by the voxels.
 MethodCost beamsCost(const CostQuestion& question, const BeamsOptions& options);
 
