@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <span>
 
 #include "bake/field/coarsen.h"
 #include "bake/field/lobes.h"
+#include "bake/field/resample.h"
 #include "bake/field/scene_needed_voxels.h"
+#include "bake/field/two_levels.h"
 #include "bake/file/runtime_size.h"
 #include "bake/file/voxel_box.h"
 #include "bake/report/error.h"
@@ -64,15 +67,90 @@ LobeFields restricted(const LightField& first, const LightField* second, const N
     return out;
 }
 
+/// Both lobes at other indices.
+LobeFields moved(const LobeFields& lobes, const glm::ivec3& shift) {
+    LobeFields out{reindexed(lobes.first, shift), std::nullopt};
+    if (lobes.second) out.second = reindexed(*lobes.second, shift);
+    return out;
+}
+
+/// How far (0..15 along each axis) to move a volume's indices so that the fewest voxels with light lie where a block of
+/// 16^3 or a page of 8^3 begins or ends: light there takes a brick of the neighbour too, and the wide voxels of a block
+/// reach one voxel further than its light.
+glm::ivec3 fewestBordersShift(const LightVolume& volume) {
+    constexpr int kSide = CoarseBlocks::kSide;
+    std::array<std::array<std::int64_t, kSide>, 3> lit{};  // by axis and place in a block
+    const LightField& field = volume.field;
+    for (int slot = 0; slot < field.leafCount(); ++slot) {
+        if (field.state(slot) == LeafState::Empty) continue;
+        const glm::ivec3 origin = field.needed().leafOrigin(slot);
+        for (int i = 0; i < kVoxels; ++i) {
+            if (!NeededVoxels::maskBit(field.needed().mask(slot), i)) continue;
+            const glm::ivec3 at = (origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7)) & (kSide - 1);
+            for (int a = 0; a < 3; ++a) ++lit[static_cast<std::size_t>(a)][static_cast<std::size_t>(at[a])];
+        }
+    }
+    glm::ivec3 shift(0);
+    for (int a = 0; a < 3; ++a) {
+        std::int64_t fewest = std::numeric_limits<std::int64_t>::max();
+        for (int s = 0; s < kSide; ++s) {
+            std::int64_t borders = 0;
+            for (int v = 0; v < kSide; ++v) {
+                const int there = (v + s) & (kSide - 1);
+                const int cost = (there <= 1 || there == kSide - 1) + (there % 8 == 0);
+                borders += cost * lit[static_cast<std::size_t>(a)][static_cast<std::size_t>(v)];
+            }
+            if (borders < fewest) fewest = borders, shift[a] = s;
+        }
+    }
+    return shift;
+}
+
+glm::ivec3 shiftOf(const LightVolume& volume, const ExportPlan& plan) {
+    return plan.two_levels_in > 0 ? fewestBordersShift(volume) : fewestBricksShift(volume);
+}
+
+/// What two levels make of a volume that they make fit, with as few coarse blocks as that takes; with all of them where
+/// it never fits. The bytes fall with the number of blocks but for a brick here and there at their borders.
+LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, Monitor& monitor) {
+    const TwoLevels levels(volume.field, monitor);
+    const auto with = [&](int count) {
+        TwoLevels::Made made = levels.with(count);
+        LightVolume out{
+            std::move(made.field), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
+            volume.metadata};
+        if (!made.blocks.empty()) out.metadata["coarse_blocks"] = made.blocks.text();
+        return out;
+    };
+    int too_few = -1, enough = levels.blockCount();
+    LightVolume best = with(enough);
+    while (enough - too_few > 1 + levels.blockCount() / 200) {
+        monitor.checkCancelled();
+        const int middle = too_few + (enough - too_few) / 2;
+        LightVolume tried = with(middle);
+        if (runtimeSize(tried).bytes <= budget_bytes) {
+            enough = middle, best = std::move(tried);
+        } else {
+            too_few = middle;
+        }
+    }
+    return best;
+}
+
 }  // namespace
 
-std::vector<ExportPlan> exportPlans(const Scene* scene) {
+std::vector<ExportPlan> exportPlans(const Scene* scene, ExportLevels levels, std::int64_t budget_bytes) {
     std::vector<ExportPlan> plans;
     for (const int factor : {1, 2, 4, 8, 16}) {
         plans.push_back({factor, {}});
         // A flat receiver's look-ups need a voxel on each side; more is for what moves near it.
         for (const int band : {8, 4, 2, 1}) {
             if (scene != nullptr) plans.push_back({factor, band});
+        }
+        if (levels == ExportLevels::Two) {
+            ExportPlan two = plans.back();
+            two.two_levels_in = budget_bytes;
+            plans.push_back(two);
         }
     }
     return plans;
@@ -96,14 +174,26 @@ LightVolume planned(const LightVolume& volume, const ExportPlan& plan, const Sce
         lobes = restricted(lobes.first, lobes.second ? &*lobes.second : nullptr,
                            sceneNeededVoxels(narrowed, lobes.first.frame(), monitor));
     }
-    return {std::move(lobes.first), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
-            volume.metadata,        std::move(lobes.second)};
+    LightVolume out{
+        std::move(lobes.first), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
+        volume.metadata,        std::move(lobes.second)};
+    if ((plan.band && scene != nullptr) || plan.two_levels_in > 0) {
+        const glm::ivec3 shift = plan.shift ? *plan.shift : shiftOf(out, plan);
+        if (shift != glm::ivec3(0)) {
+            LobeFields there = moved({std::move(out.field), std::move(out.second)}, shift);
+            out.field = std::move(there.first), out.second = std::move(there.second);
+        }
+    }
+    // The second lobe lies on the first one's voxels, and light that repeats may not be even at its seam.
+    if (plan.two_levels_in == 0 || out.second || out.metadata.contains("period")) return out;
+    return inTwoLevels(std::move(out), plan.two_levels_in, monitor);
 }
 
 ExportPlan sharedPlan(const LightVolume& volume, ExportPlan plan, const Scene* scene, Monitor& monitor) {
-    if (!plan.band) return plan;
-    plan.shift = glm::ivec3(0);
-    plan.shift = fewestBricksShift(planned(volume, plan, scene, monitor));
+    if (!plan.band && plan.two_levels_in == 0) return plan;
+    ExportPlan unmoved = plan;
+    unmoved.shift = glm::ivec3(0), unmoved.two_levels_in = 0;
+    plan.shift = shiftOf(planned(volume, unmoved, scene, monitor), plan);
     return plan;
 }
 
@@ -116,14 +206,16 @@ std::size_t fittingPlan(const LightVolume& volume, const std::vector<ExportPlan>
     for (std::size_t i = first; i < plans.size(); ++i) {
         monitor.checkCancelled();
         // Coarser voxels save their number at most: what cannot fit is not tried.
-        const bool hopeless =
-            !plans[i].band && everything / std::pow(plans[i].factor, 3) > static_cast<double>(budget_bytes);
+        const double widths = plans[i].factor * (plans[i].two_levels_in > 0 ? 2.0 : 1.0);
+        const bool hopeless = !plans[i].band && everything / std::pow(widths, 3) > static_cast<double>(budget_bytes);
         if (hopeless && i + 1 < plans.size()) continue;
         monitor.progress("fit", static_cast<double>(i) / static_cast<double>(plans.size()));
         if (plans[i].factor != level_factor) level.emplace(planned(volume, {plans[i].factor, {}}, scene, monitor));
         level_factor = plans[i].factor;
-        bytes = plans[i].band ? gameBytes(planned(*level, {1, plans[i].band}, scene, monitor), model)
-                              : gameBytes(*level, model);
+        ExportPlan rest = plans[i];
+        rest.factor = 1;
+        bytes = rest.band || rest.two_levels_in > 0 ? gameBytes(planned(*level, rest, scene, monitor), model)
+                                                    : gameBytes(*level, model);
         if (bytes <= budget_bytes) return i;
     }
     throw Error(

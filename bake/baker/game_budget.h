@@ -17,14 +17,20 @@ struct ExportPlan {
     std::optional<int> band;  ///< voxels kept around receivers; nothing: all
     /// Added to the indices of what a band kept; nothing: what the fewest bricks take. Frames of a sequence share one.
     std::optional<glm::ivec3> shift = {};
+    /// So many blocks are held by voxels twice as wide as this takes, the smoothest first (bake/field/two_levels.h)
+    /// [bytes]; 0: none.
+    std::int64_t two_levels_in = 0;
 };
 
 /// Which memory counts: what the run-time library takes of an .nvdb, or a dense texture of the lit box.
 enum class MemoryModel { Runtime, Dense };
 
+enum class ExportLevels { One, Two };
+
 /// Plans from the least that is left out to the most: at each resolution everything first, then narrower bands where
-/// receivers are known.
-std::vector<ExportPlan> exportPlans(const Scene* scene);
+/// receivers are known, then two levels in what is left.
+/// @param budget_bytes  that two levels are to fit
+std::vector<ExportPlan> exportPlans(const Scene* scene, ExportLevels levels, std::int64_t budget_bytes);
 
 /// `plan` for a sequence that begins with `volume`, whose grids must stay alike.
 ExportPlan sharedPlan(const LightVolume& volume, ExportPlan plan, const Scene* scene, Monitor& monitor);

@@ -23,6 +23,7 @@
 #include "bake/file/l1_textures.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/output_set.h"
+#include "bake/file/runtime_size.h"
 #include "bake/file/sidecar.h"
 #include "bake/file/slice_atlas.h"
 #include "bake/file/texture_3d.h"
@@ -262,8 +263,10 @@ Selection select(const ExportArguments& arguments, Format format, Terminal& term
     Selection selection;
     if (!arguments.budget_mb) return selection;
     if (!arguments.scene.empty()) selection.scene = loadScene(arguments.scene, 0, terminal);
-    const std::vector<ExportPlan> plans = exportPlans(selection.receivers());
     const auto bytes = static_cast<std::int64_t>(*arguments.budget_mb * kMiB);
+    const bool two = format == Format::Nvdb && arguments.levels == 2;
+    const std::vector<ExportPlan> plans =
+        exportPlans(selection.receivers(), two ? ExportLevels::Two : ExportLevels::One, bytes);
     std::size_t chosen = 0;
     const std::vector<std::string> all = sharing(arguments);
     for (const std::string& path : all)
@@ -278,13 +281,21 @@ Json budgetReport(const LightVolume& source, const LightVolume& exported, const 
     const std::int64_t bytes = gameBytes(exported, memoryOf(format));
     const Json error = exportError(source, exported, selection.receivers());
     const ExportPlan& plan = *selection.plan;
-    terminal.say(fmt::format("  {:.2f} MiB in a game; voxels {}, {}", static_cast<double>(bytes) / kMiB,
-                             plan.factor == 1 ? std::string("as baked") : fmt::format("{} times as wide", plan.factor),
-                             plan.band ? fmt::format("{} around receivers", *plan.band) : "all kept"));
+    const RuntimeSize size = runtimeSize(exported);
+    const double coarse = format == Format::Nvdb && size.bricks > 0
+                              ? static_cast<double>(size.coarse) / static_cast<double>(size.bricks)
+                              : 0;
+    terminal.say(fmt::format(
+        "  {:.2f} MiB in a game; voxels {}{}, {}", static_cast<double>(bytes) / kMiB,
+        plan.factor == 1 ? std::string("as baked") : fmt::format("{} times as wide", plan.factor),
+        coarse > 0 ? fmt::format(" and twice that where light is smooth ({} of {} bricks)", size.coarse, size.bricks)
+                   : std::string(),
+        plan.band ? fmt::format("{} around receivers", *plan.band) : "all kept"));
     terminal.say("  " + errorText(error));
     return {{"game_bytes", bytes},
             {"factor", plan.factor},
             {"band", plan.band ? Json(*plan.band) : Json(nullptr)},
+            {"coarse_bricks", coarse},
             {"error", error}};
 }
 

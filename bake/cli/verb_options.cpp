@@ -331,6 +331,11 @@ void bindExport(CLI::App& app, ExportArguments& a) {
     value(app.add_option("--budget", a.budget_mb,
                          "Memory that a volume may take in a game: leaves out what it must, and says what that costs"),
           "MIB");
+    value(app.add_option(
+                 "--levels", a.levels,
+                 "Of an .nvdb with --budget: 2 lets smooth light have voxels twice as wide, 1 does not (default: 2)")
+              ->check(CLI::Range(1, 2)),
+          "N");
     value(
         app.add_option(
             "--scene", a.scene,

@@ -99,6 +99,7 @@ struct ExportArguments {
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
     std::optional<double> budget_mb;  ///< of memory in a game
+    int levels = 2;                   ///< of voxels that the budget may use at once, of an .nvdb
     std::string scene;                ///< where the receivers are, for the budget and the page
     std::string box;                  ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
     /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.

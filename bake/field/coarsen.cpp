@@ -17,10 +17,11 @@ constexpr int kSteps = 12;
 constexpr double kSmallEnough = 1e-4;  // of the residual, against the right-hand side: far below half floats' effect
 constexpr int kPadded = 10;            // a leaf of coarse voxels and one around it
 
-GridFrame coarseFrame(const GridFrame& fine, int factor) {
+GridFrame coarseFrame(const GridFrame& fine, int factor, CoarseCentres centres) {
     GridFrame coarse;
     coarse.setWorldFromIndex(fine.worldFromIndex() * double(factor));
-    coarse.origin_world = fine.worldFromIndex(glm::dvec3(0.5 * (factor - 1)));
+    coarse.origin_world =
+        fine.worldFromIndex(glm::dvec3(centres == CoarseCentres::OfTheirCells ? 0.5 * (factor - 1) : 0.0));
     for (int a = 0; a < 3; ++a) {
         coarse.min[a] = floorDiv(fine.min[a], factor) - 1;
         coarse.max[a] = floorDiv(fine.max[a], factor) + 1;
@@ -29,8 +30,8 @@ GridFrame coarseFrame(const GridFrame& fine, int factor) {
 }
 
 // Coarse voxels around the leaves that are there.
-NeededVoxels coarseNeeded(const LightField& field, int factor) {
-    NeededVoxels needed = NeededVoxels::none(coarseFrame(field.frame(), factor));
+NeededVoxels coarseNeeded(const LightField& field, int factor, CoarseCentres centres) {
+    NeededVoxels needed = NeededVoxels::none(coarseFrame(field.frame(), factor, centres));
     for (int slot = 0; slot < field.leafCount(); ++slot) {
         const glm::ivec3 origin = field.needed().leafOrigin(slot);
         glm::ivec3 low, high;
@@ -60,11 +61,12 @@ using Padded = std::array<float, kPadded * kPadded * kPadded>;
 // each axis, so that a look-up goes axis by axis: planes across x, rows along z, voxels.
 class Fit {
 public:
-    Fit(const LightField& fine, std::shared_ptr<const NeededVoxels> coarse, int factor)
+    Fit(const LightField& fine, std::shared_ptr<const NeededVoxels> coarse, int factor, CoarseCentres centres)
         : fine_(fine), coarse_(std::move(coarse)), factor_(factor) {
         // Fine voxels between two coarse ones of a padded leaf.
         for (int v = -factor; v < 9 * factor; ++v) {
-            const double at = (v + 0.5) / factor - 0.5, below = std::floor(at);
+            const double at = centres == CoarseCentres::OfTheirCells ? (v + 0.5) / factor - 0.5 : double(v) / factor;
+            const double below = std::floor(at);
             if (below < -1 || below > 7) continue;
             if (places_.empty()) first_ = v;
             places_.push_back({static_cast<int>(below) + 1, static_cast<float>(at - below)});
@@ -295,9 +297,9 @@ void makeLawful(float* leaf, FieldChannels channels) {
 
 }  // namespace
 
-LightField coarsened(const LightField& field, int factor, const Monitor& monitor) {
-    const auto needed = std::make_shared<const NeededVoxels>(coarseNeeded(field, factor));
-    const Fit fit(field, needed, factor);
+LightField coarsened(const LightField& field, int factor, const Monitor& monitor, CoarseCentres centres) {
+    const auto needed = std::make_shared<const NeededVoxels>(coarseNeeded(field, factor, centres));
+    const Fit fit(field, needed, factor, centres);
     Vector inverse(fit.size()), row_sums(fit.size()), right(fit.size()), x(fit.size());
     fit.weights(inverse, row_sums);
     for (float& v : inverse) v = v > 0 ? 1 / v : 0;

@@ -32,7 +32,7 @@ Json runtimeMetadata(const LightVolume& volume) {
     Json json = {{"version", format::kVersion}, {"reference_irradiance", volume.reference_irradiance}};
     for (const char* key : {"ior", "frame"}) addNumbers(volume, key, json);
     json["up_axis"] = "Z";
-    for (const char* key : {"method", "paths", "scene_hash"}) addText(volume, key, json);
+    for (const char* key : {"method", "paths", "scene_hash", "coarse_blocks"}) addText(volume, key, json);
     for (const char* key : {"scattering", "absorption", "anisotropy", "period", "water_level", "lobe_axis"})
         addNumbers(volume, key, json);
     return json;

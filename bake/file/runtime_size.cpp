@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "bake/field/coarse_blocks.h"
 #include "bake/file/active_leaves.h"
 
 namespace photic {
@@ -32,7 +33,7 @@ std::int64_t atlasBricks(std::int64_t count) {
 }
 
 /// Of the volume that these leaves make.
-RuntimeSize sizeOf(const std::vector<ActiveLeaf>& leaves, FieldChannels channels) {
+RuntimeSize sizeOf(const std::vector<ActiveLeaf>& leaves, FieldChannels channels, const CoarseBlocks& coarse = {}) {
     const std::array<NeededVoxels::Mask, 3> sides{nearSide(0), nearSide(1), nearSide(2)};
     std::vector<std::array<int, 3>> pages;
     glm::ivec3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
@@ -58,16 +59,29 @@ RuntimeSize sizeOf(const std::vector<ActiveLeaf>& leaves, FieldChannels channels
     pages.erase(std::unique(pages.begin(), pages.end()), pages.end());
 
     RuntimeSize size;
-    size.bricks = static_cast<std::int64_t>(pages.size());
+    std::vector<std::array<int, 3>> wide;  // blocks that pages share
+    const auto own = static_cast<std::int64_t>(pages.size());
+    std::erase_if(pages, [&](const std::array<int, 3>& page) {
+        const std::array<int, 3> block{page[0] >> 1, page[1] >> 1, page[2] >> 1};
+        if (!coarse.has({block[0], block[1], block[2]})) return false;
+        wide.push_back(block);
+        return true;
+    });
+    std::sort(wide.begin(), wide.end());
+    wide.erase(std::unique(wide.begin(), wide.end()), wide.end());
+    size.coarse = static_cast<std::int64_t>(wide.size());
+    size.bricks = static_cast<std::int64_t>(pages.size()) + size.coarse;
     size.pages = 1;
     std::int64_t texels = 1;
     for (int a = 0; a < 3; ++a) {
         // Cells begin one before the first voxel; the dense texture has one voxel more at the far side.
-        size.pages *= (high[a] >> 3) - ((low[a] - 1) >> 3) + 1;
+        // With two levels the table begins where blocks do.
+        const int first = (low[a] - 1) >> 3;
+        size.pages *= (high[a] >> 3) - (coarse.empty() ? first : first & ~1) + 1;
         texels *= high[a] - low[a] + 3;
     }
-    const double fill = static_cast<double>(size.bricks) / static_cast<double>(size.pages);
-    size.dense = fill > kDenseAbove;
+    const double fill = static_cast<double>(own) / static_cast<double>(size.pages);
+    size.dense = fill > kDenseAbove && coarse.empty();
     const std::int64_t brick_texels = atlasBricks(size.bricks + 1) * kBrickVoxels;  // brick 0 is dark
     size.bytes = size.pages * kPageBytes + denseTextureBytes(size.dense ? texels : brick_texels, channels);
     return size;
@@ -82,7 +96,10 @@ std::int64_t denseTextureBytes(std::int64_t texels, FieldChannels channels) {
 RuntimeSize runtimeSize(const LightVolume& volume) {
     const FieldChannels channels = volume.field.channels();
     const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::Light);
-    RuntimeSize size = sizeOf(leaves, channels);
+    const auto blocks = volume.metadata.find("coarse_blocks");
+    const CoarseBlocks coarse =
+        blocks == volume.metadata.end() ? CoarseBlocks() : CoarseBlocks::fromText(blocks->second);
+    RuntimeSize size = sizeOf(leaves, channels, coarse);
     const std::vector<ActiveLeaf> second = secondLobeLeaves(volume, leaves);
     if (!second.empty()) {
         // A volume of its own.

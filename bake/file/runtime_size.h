@@ -9,9 +9,10 @@ namespace photic {
 
 /// The GPU memory that the run-time library takes for a volume (docs/files.md): bricks of 9^3 RGBA16F texels and a
 /// table of pages, or one dense texture where more than 70 % of the box's pages have bricks. Coloured volumes take
-/// twice the texels.
+/// twice the texels. Blocks of 16^3 voxels that `coarse_blocks` of the metadata marks take one brick each.
 struct RuntimeSize {
-    std::int64_t bricks = 0;  ///< that hold light
+    std::int64_t bricks = 0;  ///< that hold light, of both levels
+    std::int64_t coarse = 0;  ///< of them, those of 16^3 voxels
     std::int64_t pages = 0;   ///< of 8^3 voxels, in the box
     bool dense = false;
     std::int64_t bytes = 0;

@@ -108,7 +108,7 @@ bool photicCell(vec3 local, out ivec3 cell, out vec3 fraction) {
 }
 
 /// Entry of the page of a cell: the brick in the low 24 bits (for the atlas its place, a byte an axis); where that is 0,
-/// how far the dark reaches in the top byte.
+/// how far the dark reaches in the top byte, else 1 there where the brick has every second voxel of a block of 2^3 pages.
 uint photicPage(ivec3 cell) { return texelFetch(photic_pages, cell >> 3, 0).r; }
 
 vec4 photicBlend(vec4 v000, vec4 v100, vec4 v010, vec4 v110, vec4 v001, vec4 v101, vec4 v011, vec4 v111, vec3 f) {
@@ -135,6 +135,15 @@ vec4 photicWeighted(highp sampler3D s, ivec3 a, ivec3 b, vec3 f) {
 }
 #endif
 
+/// Where a cell lies in the brick of its page, in texels; `fraction` goes on from there.
+ivec3 photicInBrick(uint entry, ivec3 cell, inout vec3 fraction) {
+    if ((entry >> 24) == 0u) return cell & 7;
+    // Wide voxels lie on every second fine one: the same light on both sides of a seam.
+    ivec3 at = cell & 15;
+    fraction = 0.5 * (vec3(at & 1) + fraction);
+    return at >> 1;
+}
+
 /// Light at a local position.
 PhoticLight photicSampleLocal(vec3 local) {
     PhoticLight light = PhoticLight(vec3(0.0), vec3(0.0), 0.0);
@@ -144,8 +153,9 @@ PhoticLight photicSampleLocal(vec3 local) {
     vec4 v, colour;
     bool coloured = PHOTIC_COLOURED != 0;
 #ifdef PHOTIC_LIGHT_IN_BUFFER
-    uint brick = photicPage(cell) & 0xffffffu, stride = coloured ? 4u : 2u;
-    uvec3 corner = uvec3(cell & 7);
+    uint entry = photicPage(cell), brick = entry & 0xffffffu, stride = coloured ? 4u : 2u;
+    if (brick == 0u) return light;
+    uvec3 corner = uvec3(photicInBrick(entry, cell, fraction));
     uint at = (brick * 729u + corner.x + 9u * corner.y + 81u * corner.z) * stride;
     v = photicWeighted(at, stride, fraction);
     colour = coloured ? photicWeighted(at + 2u, stride, fraction) : vec4(v.w);
@@ -155,8 +165,10 @@ PhoticLight photicSampleLocal(vec3 local) {
     if (dense) {
         texel = cell - photic_dense_min.xyz;
     } else {
-        uint brick = photicPage(cell);
-        texel = ivec3(brick & 255u, brick >> 8 & 255u, brick >> 16 & 255u) * 9 + (cell & 7);
+        uint entry = photicPage(cell);
+        ivec3 brick = ivec3(entry & 255u, entry >> 8 & 255u, entry >> 16 & 255u);
+        // Of the dark brick the top byte says something else, and all of it is dark.
+        texel = brick * 9 + (brick == ivec3(0) ? ivec3(0) : photicInBrick(entry, cell, fraction));
     }
 #ifdef PHOTIC_EXACT
     ivec3 next = texel + 1;

@@ -66,14 +66,16 @@ std::vector<std::uint32_t> BrickLayout::pageEntries() const {
     const auto nx = static_cast<std::uint32_t>(atlas_[0]), ny = static_cast<std::uint32_t>(atlas_[1]);
     for (std::uint32_t& entry : entries) {
         const std::uint32_t number = entry & BrickPlan::kNumberMask;
-        if (number != 0) entry = number % nx | number / nx % ny << 8 | number / (nx * ny) << 16;
+        const std::uint32_t coarse = entry & BrickPlan::kCoarse;
+        if (number != 0) entry = coarse | number % nx | number / nx % ny << 8 | number / (nx * ny) << 16;
     }
     return entries;
 }
 
-std::vector<Layout> candidateLayouts(Layout wanted, double fill) {
+std::vector<Layout> candidateLayouts(Layout wanted, const BrickPlan& plan) {
     if (wanted != Layout::Automatic) return {wanted};
-    if (fill > kDenseFill) return {Layout::Dense, Layout::Atlas, Layout::Buffer};
+    // What has two levels was made to fit in bricks.
+    if (plan.fill() > kDenseFill && plan.coarse == 0) return {Layout::Dense, Layout::Atlas, Layout::Buffer};
     return {Layout::Atlas, Layout::Dense, Layout::Buffer};
 }
 

@@ -57,13 +57,29 @@ public:
     }
 
 private:
-    static Int3 firstVoxel(const Int3& page) { return {8 * page[0], 8 * page[1], 8 * page[2]}; }
+    template <class Texel, class Source>
+    static void fill(const BrickPlan::Brick& brick, const Source& source, Texel* out);
 
     const BrickPlan& plan_;
     Layout layout_;
     Int3 atlas_{0, 0, 0};  ///< bricks along each axis
     Int3 size_{1, 1, 1};   ///< of the texture [texels]
 };
+
+template <class Texel, class Source>
+void BrickLayout::fill(const BrickPlan::Brick& brick, const Source& source, Texel* out) {
+    constexpr int kSide = BrickPlan::kSide;
+    const Int3 first = {8 * brick.page[0], 8 * brick.page[1], 8 * brick.page[2]};
+    if (brick.step == 1) return source(first, Int3{kSide, kSide, kSide}, out);
+    constexpr std::size_t kWide = 2 * kSide - 1;
+    std::vector<Texel> all(kWide * kWide * kWide);
+    source(first, Int3{kWide, kWide, kWide}, all.data());
+    for (std::size_t z = 0; z < kWide; z += 2) {
+        for (std::size_t y = 0; y < kWide; y += 2) {
+            for (std::size_t x = 0; x < kWide; x += 2) *out++ = all[(z * kWide + y) * kWide + x];
+        }
+    }
+}
 
 template <class Texel, class Source>
 void BrickLayout::fillSlab(int z, int count, const Source& source, Texel* out) const {
@@ -80,7 +96,7 @@ void BrickLayout::fillSlab(int z, int count, const Source& source, Texel* out) c
                                        static_cast<std::size_t>(by) * static_cast<std::size_t>(atlas_[0]) +
                                        static_cast<std::size_t>(bx);
             if (number == 0 || number >= plan_.brickCount()) continue;
-            source(firstVoxel(plan_.bricks[number - 1]), Int3{kSide, kSide, kSide}, brick.data());
+            fill(plan_.bricks[number - 1], source, brick.data());
             for (int row = 0; row < kSide * kSide; ++row) {
                 const int layer = row / kSide, line = by * kSide + row % kSide;
                 const std::size_t to = texelsOf({size_[0], size_[1], layer}) +
@@ -94,17 +110,16 @@ void BrickLayout::fillSlab(int z, int count, const Source& source, Texel* out) c
 
 template <class Texel, class Source>
 void BrickLayout::fillBuffer(std::size_t first, std::size_t step, const Source& source, Texel* out) const {
-    constexpr int kSide = BrickPlan::kSide;
     std::vector<Texel> brick(BrickPlan::kVoxels);
     for (std::size_t number = 1; number < plan_.brickCount(); ++number) {
-        source(firstVoxel(plan_.bricks[number - 1]), Int3{kSide, kSide, kSide}, brick.data());
+        fill(plan_.bricks[number - 1], source, brick.data());
         Texel* to = out + number * BrickPlan::kVoxels * step + first;
         for (std::size_t v = 0; v < BrickPlan::kVoxels; ++v) to[v * step] = brick[v];
     }
 }
 
 /// The layouts to try, best first.
-std::vector<Layout> candidateLayouts(Layout wanted, double fill);
+std::vector<Layout> candidateLayouts(Layout wanted, const BrickPlan& plan);
 const char* nameOf(Layout layout);
 
 }  // namespace photic::runtime

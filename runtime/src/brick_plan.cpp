@@ -106,6 +106,7 @@ BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table) {
         plan.cell_min[a] = data.period[a] != 0 ? data.lit_min[a] : data.lit_min[a] - 1;
         plan.cell_max[a] = data.period[a] != 0 ? data.lit_min[a] + data.period[a] - 1 : data.lit_max[a];
         plan.page_min[a] = floorDivide(plan.cell_min[a], 8);
+        if (!data.coarse.marks.empty()) plan.page_min[a] = 2 * floorDivide(plan.page_min[a], 2);  // where blocks begin
         plan.page_count[a] = floorDivide(plan.cell_max[a], 8) - plan.page_min[a] + 1;
         pages *= static_cast<std::uint64_t>(plan.page_count[a]);
         const std::uint64_t most =
@@ -119,6 +120,7 @@ BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table) {
 
     std::array<Half4, BrickPlan::kVoxels> light, rgb{};
     std::map<std::array<Half4, 2>, std::uint32_t> constants;
+    std::map<Int3, std::uint32_t> blocks;  // coarse ones, and their entries
     std::size_t page = 0;
     for (int z = 0; z < plan.page_count[2]; ++z) {
         for (int y = 0; y < plan.page_count[1]; ++y) {
@@ -129,6 +131,15 @@ BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table) {
                 const bool constant = std::equal(light.begin() + 1, light.end(), light.begin()) &&
                                       std::equal(rgb.begin() + 1, rgb.end(), rgb.begin());
                 if (constant && light[0] == Half4{} && rgb[0] == Half4{}) continue;
+                const Int3 block = {floorDivide(p[0], 2), floorDivide(p[1], 2), floorDivide(p[2], 2)};
+                if (data.coarse.has(block)) {
+                    const auto [known, added] = blocks.try_emplace(block, plan.brickCount() | BrickPlan::kCoarse);
+                    plan.entries[page] = known->second;
+                    if (!added) continue;
+                    plan.bricks.push_back({{2 * block[0], 2 * block[1], 2 * block[2]}, 2});
+                    ++plan.coarse;
+                    continue;
+                }
                 if (constant) {
                     const auto [known, added] = constants.try_emplace({light[0], rgb[0]}, plan.brickCount());
                     plan.entries[page] = known->second;
@@ -136,7 +147,7 @@ BrickPlan planBricks(const VolumeData& data, std::uint64_t largest_table) {
                 } else {
                     plan.entries[page] = plan.brickCount();
                 }
-                plan.bricks.push_back(p);
+                plan.bricks.push_back({p});
             }
         }
     }
@@ -230,7 +241,9 @@ Volume halfResolution(const VolumeData& data) {
         }
     }
     VolumeBuilder builder(halfTransform(data.transform), ~std::uint64_t{0});
-    builder.setMetadata(data.metadata);
+    Metadata metadata = data.metadata;
+    metadata.coarse_blocks.clear();
+    builder.setMetadata(metadata);
     const std::vector<Int3> origins = coarseOrigins(data);
     for (const Int3& origin : origins) builder.addBrick(origin);
     builder.allocate(data.coloured);

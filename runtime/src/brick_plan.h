@@ -14,18 +14,29 @@ namespace photic::runtime {
 /// A cell is a voxel and the space up to the next one along each axis. Cells of a page (8^3 of them) read one brick.
 /// Pages with nothing to read share brick 0, which is dark; pages of one value share a brick. A page whose own voxels
 /// are dark still has a brick when a neighbour lights its far side: without it seams would show.
+///
+/// Pages of a block of 2^3 that the volume marks as smooth share one brick of every second voxel, whose light in
+/// between is that of its own filter.
 struct BrickPlan {
     static constexpr int kSide = 9, kVoxels = 729;
 
+    /// What a brick is filled from: the voxels from 8 page on, every one, or every second.
+    struct Brick {
+        Int3 page;
+        int step = 1;
+    };
+
     Int3 page_min{0, 0, 0}, page_count{0, 0, 0};   ///< [pages], absolute
     Int3 cell_min{0, 0, 0}, cell_max{-1, -1, -1};  ///< cells that may be lit, both inside; others are dark
-    /// x fastest: the brick's number; for brick 0, how far the dark reaches is in the top byte: all pages less than so
-    /// many steps away along every axis are dark too.
+    /// x fastest: the brick's number, and kCoarse where that has every second voxel; for brick 0, how far the dark
+    /// reaches is in the top byte: all pages less than so many steps away along every axis are dark too.
     std::vector<std::uint32_t> entries;
-    std::vector<Int3> bricks;  ///< the page that brick 1, 2, ... is filled from
+    std::vector<Brick> bricks;  ///< number 1, 2, ...
+    std::uint32_t coarse = 0;   ///< of them, those of every second voxel
 
     static constexpr std::uint32_t kNumberMask = 0xffffffU;
     static constexpr int kDistanceShift = 24;
+    static constexpr std::uint32_t kCoarse = 1U << 24;
 
     std::uint32_t brickCount() const { return static_cast<std::uint32_t>(bricks.size()) + 1; }
     /// Part of the box of cells whose pages have bricks of their own.

@@ -181,6 +181,8 @@ void set(Metadata& m, const std::string& key, const Value& value) {
         m.scene_hash = value.text;
     } else if (key == "up_axis") {
         m.up_axis = value.text;
+    } else if (key == "coarse_blocks") {
+        m.coarse_blocks = value.text;
     } else if (key == "paths") {
         m.paths = value.text;
     }

@@ -236,6 +236,7 @@ void finishVolume(VolumeData& data) {
     if (p.y != 0) addPeriod(data, {0, p.y, 0});
     if (p.z != 0) addPeriod(data, {0, 0, p.z});
     findSurface(data);
+    if (data.period == Int3{0, 0, 0}) data.coarse = CoarseBlocks::of(data.metadata.coarse_blocks);
 }
 
 }  // namespace photic::runtime

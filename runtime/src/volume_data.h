@@ -42,6 +42,16 @@ void finishTransform(VoxelTransform& transform, const std::string& what);
 inline int floorDivide(int a, int b) { return a / b - (a % b < 0); }
 inline int floorModulo(int a, int b) { return a - b * floorDivide(a, b); }
 
+/// Which blocks of 16^3 voxels are smooth: Metadata::coarse_blocks.
+struct CoarseBlocks {
+    Int3 min{0, 0, 0}, count{0, 0, 0};  ///< [blocks]
+    std::vector<bool> marks;            ///< x fastest; empty: none
+
+    /// @throws Failure{Format}
+    static CoarseBlocks of(const std::string& text);
+    bool has(const Int3& block) const;
+};
+
 /// What a Volume holds. Values are in units of the reference irradiance.
 struct VolumeData {
     static constexpr int kSide = 8;      ///< voxels along a brick's edge
@@ -65,6 +75,7 @@ struct VolumeData {
     Int3 lit_min{0, 0, 0}, lit_max{-1, -1, -1};  ///< voxels around all that is not dark
     std::uint64_t lit_voxels = 0;
     Int3 period{0, 0, 0};  ///< [voxels], from lit_min on; 0 along axes that do not repeat
+    CoarseBlocks coarse;   ///< none where the light repeats
 
     std::uint32_t brickCount() const { return static_cast<std::uint32_t>(light.size() / kVoxels); }
 

@@ -56,6 +56,7 @@ UploadInfo VolumeLayout::info(const GpuLimits& limits) const {
     info.fill = plan_.fill();
     info.bytes = bricks_.need(texelBytes(), limits).bytes;
     info.bricks = bricks_.layout() == Layout::Dense ? 0 : plan_.brickCount() - 1;
+    info.coarse_bricks = bricks_.layout() == Layout::Dense ? 0 : plan_.coarse;
     return info;
 }
 

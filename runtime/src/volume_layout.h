@@ -65,7 +65,7 @@ auto fitLayout(const Volume& volume, const UploadOptions& options, const GpuLimi
         try {
             const BrickPlan plan = planBricks(level.data(), options.budget);
             std::string reasons;
-            for (const Layout candidate : candidateLayouts(options.layout, plan.fill())) {
+            for (const Layout candidate : candidateLayouts(options.layout, plan)) {
                 const VolumeLayout layout(level.data(), plan, candidate, limits);
                 const LayoutNeed need = layout.bricks().need(layout.texelBytes(), limits);
                 std::string reason = need.obstacle;

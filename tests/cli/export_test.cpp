@@ -315,6 +315,36 @@ TEST(Export, BudgetsAreKeptAndTheirErrorIsSaid) {
     EXPECT_FALSE(place.has("d.nvdb"));
 }
 
+// Less than a band takes: the smooth parts of it at half the resolution, before all of it.
+TEST(Export, TwoLevelsAreFarNearerThanOneForTheSameBytes) {
+    const Workplace place;
+    const std::string scene = PHOTIC_SOURCE_DIR "/examples/pool/pool.toml";
+    ASSERT_EQ(photic(place, {"bake", scene, "--where", "receivers", "-o", "band.vdb", "--voxel-size", "0.0156"}).code,
+              0);
+    const auto budgetOf = [&](const char* levels, double mib) {
+        const Outcome outcome = photic(place, {"export", "band.vdb", "-o", "band.nvdb", "--budget", std::to_string(mib),
+                                               "--scene", scene, "--levels", levels, "--json"});
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(schemaBreaches(outcome.json(), "export.md"), Strings{});
+        return outcome.json()["frames"][0]["budget"];
+    };
+    const auto all = budgetOf("2", 100);
+    EXPECT_EQ(all["coarse_bricks"], 0.0);
+    // The narrowest band in one level, and two thirds of that.
+    const auto narrow = budgetOf("1", 0.6 * all["game_bytes"].get<double>() / (1 << 20));
+    EXPECT_EQ(narrow["factor"], 1);
+    const double bytes = 0.66 * narrow["game_bytes"].get<double>(), mib = bytes / (1 << 20);
+    const auto one = budgetOf("1", mib), two = budgetOf("2", mib);
+    EXPECT_EQ(one["factor"], 2);
+    EXPECT_EQ(two["factor"], 1);
+    EXPECT_GT(two["coarse_bricks"], 0.05);
+    EXPECT_LE(two["game_bytes"].get<double>(), bytes);
+    for (std::size_t r = 0; r < 3; ++r) {
+        EXPECT_LT(two["error"]["receivers"][r]["relative_l1"].get<double>(),
+                  0.5 * one["error"]["receivers"][r]["relative_l1"].get<double>());
+    }
+}
+
 TEST(Export, ThePoolsReceiverBandFitsSixteenMegabytes) {
     const Workplace place;
     const std::string scene = PHOTIC_SOURCE_DIR "/examples/pool/pool.toml";

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "bake/field/resample.h"
+#include "bake/field/two_levels.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/runtime_size.h"
 #include "photic/runtime.h"
+#include "photic/volume_bytes.h"
 #include "runtime/src/brick_plan.h"
 #include "tests/file/file_test_support.h"
 
@@ -64,6 +66,30 @@ TEST(NvdbRuntime, SamplesWhatWasWritten) {
             }
         }
     }
+}
+
+// Two levels: the library takes as many bricks as the budget counted, of either kind, and reads the same light.
+TEST(NvdbRuntime, TwoLevelsAreWhatTheBudgetCounts) {
+    const TemporaryFolder folder;
+    const LightVolume whole = testVolume(straightFrame({-20, -9, 3}, {50, 40, 44}, 1.0 / 64), false,
+                                         [](const glm::ivec3& v) { return v.x + v.y > 0; });
+    const TwoLevels levels(whole.field, Monitor());
+    TwoLevels::Made made = levels.with(levels.blockCount() / 2);
+    LightVolume volume{std::move(made.field), whole.reference_irradiance, true, true, {}, whole.metadata};
+    volume.metadata["coarse_blocks"] = made.blocks.text();
+    writeNvdb(folder / "two.nvdb", volume, {NvdbPrecision::Half, NvdbCodec::Blosc});
+    const auto loaded = runtime::loadVolume(folder / "two.nvdb");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const runtime::BrickPlan plan = runtime::planBricks(loaded->data());
+    const RuntimeSize size = runtimeSize(volume);
+    EXPECT_GT(size.coarse, 5);
+    EXPECT_EQ(size.coarse, static_cast<std::int64_t>(plan.coarse));
+    EXPECT_EQ(size.bricks, static_cast<std::int64_t>(plan.bricks.size()));
+    EXPECT_EQ(size.pages, static_cast<std::int64_t>(plan.entries.size()));
+    EXPECT_FALSE(size.dense);
+    const auto packed = runtime::packVolume(*loaded);
+    ASSERT_TRUE(packed) << packed.error().message;
+    EXPECT_EQ(size.bytes, static_cast<std::int64_t>(packed->info.bytes));
 }
 
 TEST(NvdbRuntime, PackedFilesAreAboutAsLargeAsTheirBricksAndHoldTheSame) {

@@ -89,8 +89,8 @@ void read(const unsigned char* data, std::size_t size) {
     (void)guarded([&]() -> Status {
         const BrickPlan plan = planBricks(volume->data(), 4 * kLargestMemory);
         std::vector<Half4> light(BrickPlan::kVoxels), rgb(BrickPlan::kVoxels);
-        for (const Int3& page : plan.bricks) {
-            fillBrick(volume->data(), page, light.data(), volume->coloured() ? rgb.data() : nullptr);
+        for (const BrickPlan::Brick& brick : plan.bricks) {
+            fillBrick(volume->data(), brick.page, light.data(), volume->coloured() ? rgb.data() : nullptr);
         }
         (void)halfResolution(volume->data());
         return Done{};

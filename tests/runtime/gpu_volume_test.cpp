@@ -69,6 +69,30 @@ struct Way {
     bool coloured;
 };
 
+class TwoLevels : public test::WithGpu {};
+
+// Wide and narrow voxels in one atlas: what the CPU reads from narrow ones alone, across all seams.
+TEST_F(TwoLevels, SampleAsTheCpuDoes) {
+    for (const bool coloured : {false, true}) {
+        NvdbSpec spec = sparseSpec(coloured);
+        spec.active = {};
+        const Volume volume =
+            test::makeVolume(test::twoLevels(spec, [](int x, int y, int z) { return (2 * x + y + z) % 3 != 0; }));
+        const auto positions = test::randomPositions(volume, 100000, 4);
+        for (const Filter filter : {Filter::Hardware, Filter::Exact}) {
+            for (const Layout layout : {Layout::Automatic, Layout::Buffer}) {
+                UploadOptions options;
+                options.layout = layout, options.filter = filter;
+                GpuVolume gpu = upload(volume, options);
+                EXPECT_GT(gpu.info().coarse_bricks, 10u);
+                GlslOptions glsl;
+                glsl.filter = filter;
+                EXPECT_LT(difference(volume, positions, sample(gpu, positions, glsl)), 1e-3);
+            }
+        }
+    }
+}
+
 class EveryLayout : public test::WithGpu, public testing::WithParamInterface<Way> {};
 
 TEST_P(EveryLayout, SamplesAsTheCpuDoes) {

@@ -119,4 +119,58 @@ LightValues swirl(int i, int j, int k) {
     return {length * side * std::cos(azimuth), length * side * std::sin(azimuth), -length * down, mean, r, g, b};
 }
 
+NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int, int, int)>& wanted) {
+    // Voxels beyond the box are dark, and no look-up of wider ones.
+    const auto coarse = [wanted, low = spec.min, high = spec.max](int x, int y, int z) {
+        const int b[3] = {x, y, z};
+        for (std::size_t a = 0; a < 3; ++a)
+            if (16 * b[a] < low[a] || 16 * b[a] + 16 > high[a]) return false;
+        return wanted(x, y, z);
+    };
+    const auto block = [](int v) { return (v - (v % 16 + 16) % 16) / 16; };
+    int low[3], count[3];
+    for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = block(spec.min[a]);
+        count[a] = block(spec.max[a]) - low[a] + 1;
+    }
+    std::string text;
+    for (const int v : {low[0], low[1], low[2], count[0], count[1], count[2]}) text += std::to_string(v) + ",";
+    text.back() = ':';
+    int digit = 0, bits = 0;
+    const auto flush = [&] { text.push_back("0123456789abcdef"[digit]), digit = bits = 0; };
+    for (int z = 0; z < count[2]; ++z)
+        for (int y = 0; y < count[1]; ++y)
+            for (int x = 0; x < count[0]; ++x) {
+                digit |= (coarse(low[0] + x, low[1] + y, low[2] + z) ? 1 : 0) << bits;
+                if (++bits == 4) flush();
+            }
+    if (bits > 0) flush();
+    spec.json = "{\"coarse_blocks\": \"" + text + "\"}";
+    const auto own = spec.values;
+    spec.values = [own, coarse, block](int i, int j, int k) {
+        const int v[3] = {i, j, k};
+        bool wide = false;
+        for (int n = 0; n < 8; ++n) {
+            bool shares = true;
+            int b[3];
+            for (int a = 0; a < 3; ++a) {
+                const int step = n >> a & 1;
+                b[a] = block(v[a]) - step;
+                shares = shares && (step == 0 || v[a] % 16 == 0);
+            }
+            wide = wide || (shares && coarse(b[0], b[1], b[2]));
+        }
+        if (!wide) return own(i, j, k);
+        LightValues sum{};
+        for (int n = 0; n < 8; ++n) {
+            int at[3];
+            for (int a = 0; a < 3; ++a) at[a] = v[a] + (v[a] % 2 == 0 ? 0 : n >> a & 1 ? 1 : -1);
+            const LightValues corner = own(at[0], at[1], at[2]);
+            for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += corner[c] / 8;
+        }
+        return sum;
+    };
+    return spec;
+}
+
 }  // namespace photic::test

@@ -40,4 +40,9 @@ std::vector<unsigned char> makeNvdb(const NvdbSpec& spec);
 /// Light that turns and varies in every voxel, white or coloured, always |flux| <= irradiance; peaks near 20.
 LightValues swirl(int i, int j, int k);
 
+/// Light of two levels: `spec`'s own values, but that blocks of 16^3 voxels for which coarse(block) holds, far sides
+/// included, have the look-up of every second of them, where they lie in the box. Says so in its JSON, which is
+/// replaced.
+NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int x, int y, int z)>& coarse);
+
 }  // namespace photic::test

@@ -50,6 +50,9 @@ public:
             if (period > 0) cell[a] = low + ((cell[a] - low) % period + period) % period;
             if (cell[a] < low || cell[a] > high) return out;
         }
+        if (entryIsWide(cell)) {
+            for (std::size_t a = 0; a < 3; ++a) fraction[a] = ((cell[a] & 1) + fraction[a]) / 2;
+        }
         for (int corner = 0; corner < 8; ++corner) {
             double weight = 1;
             int step[3];
@@ -77,6 +80,18 @@ private:
         }
         return half(t.texels.data() + 8 * ((place[2] * t.size[1] + place[1]) * t.size[0] + place[0]) + 2 * c);
     }
+    std::uint32_t entryOf(const int (&cell)[3]) const {
+        const auto page = [&](int a) { return static_cast<std::size_t>(cell[a] >> 3); };
+        std::uint32_t entry;
+        std::memcpy(&entry,
+                    b_.pages.texels.data() + 4 * ((page(2) * b_.pages.size[1] + page(1)) * b_.pages.size[0] + page(0)),
+                    4);
+        return entry;
+    }
+    bool entryIsWide(const int (&cell)[3]) const {
+        const std::uint32_t entry = p_.whole(76) == 2 ? 0 : entryOf(cell);
+        return (entry & 0xffffff) != 0 && entry >> 24 == 1;
+    }
     double voxel(const int (&cell)[3], const int (&step)[3], std::size_t c) const {
         const bool coloured = p_.whole(92) != 0;
         if (c >= 4 && !coloured) return voxel(cell, step, 3);
@@ -86,20 +101,19 @@ private:
             for (int a = 0; a < 3; ++a) at[a] = cell[a] + step[a] - p_.whole(128 + 4 * static_cast<std::size_t>(a));
             return texel(c < 4 ? b_.light : b_.colour, at, component);
         }
-        const auto page = [&](int a) { return static_cast<std::size_t>(cell[a] >> 3); };
-        std::uint32_t entry;
-        std::memcpy(&entry,
-                    b_.pages.texels.data() + 4 * ((page(2) * b_.pages.size[1] + page(1)) * b_.pages.size[0] + page(0)),
-                    4);
+        const std::uint32_t entry = entryOf(cell);
+        const bool wide = entryIsWide(cell);
+        const int shift = wide ? 1 : 0, mask = wide ? 15 : 7;
         if (!b_.bricks.empty()) {
             const std::size_t v = (entry & 0xffffff) * std::size_t{729} +
-                                  static_cast<std::size_t>((cell[0] & 7) + step[0] + 9 * ((cell[1] & 7) + step[1]) +
-                                                           81 * ((cell[2] & 7) + step[2]));
+                                  static_cast<std::size_t>(((cell[0] & mask) >> shift) + step[0] +
+                                                           9 * (((cell[1] & mask) >> shift) + step[1]) +
+                                                           81 * (((cell[2] & mask) >> shift) + step[2]));
             return half(b_.bricks.data() + v * (coloured ? 16 : 8) + (c < 4 ? 0 : 8) + 2 * component);
         }
-        const int at[3] = {static_cast<int>(entry & 255) * 9 + (cell[0] & 7) + step[0],
-                           static_cast<int>(entry >> 8 & 255) * 9 + (cell[1] & 7) + step[1],
-                           static_cast<int>(entry >> 16 & 255) * 9 + (cell[2] & 7) + step[2]};
+        const int at[3] = {static_cast<int>(entry & 255) * 9 + ((cell[0] & mask) >> shift) + step[0],
+                           static_cast<int>(entry >> 8 & 255) * 9 + ((cell[1] & mask) >> shift) + step[1],
+                           static_cast<int>(entry >> 16 & 255) * 9 + ((cell[2] & mask) >> shift) + step[2]};
         return texel(c < 4 ? b_.light : b_.colour, at, component);
     }
 
@@ -148,6 +162,72 @@ TEST(VolumeBytes, ReadBackAsThePageSays) {
             }
         }
     }
+}
+
+// Smooth blocks in bricks of every second voxel: the same light, from a fraction of the bytes.
+TEST(VolumeBytes, TwoLevelsReadBackAsThePageSays) {
+    NvdbSpec spec;
+    spec.min = {-37, -3, 5};
+    spec.max = {50, 50, 70};
+    spec.values = test::swirl;
+    for (const bool coloured : {false, true}) {
+        spec.coloured = coloured;
+        const NvdbSpec two = test::twoLevels(spec, [](int x, int y, int z) { return (x + y + z) % 3 != 0; });
+        const Volume volume = test::loaded(two);
+        for (const Layout layout : {Layout::Automatic, Layout::Atlas, Layout::Buffer}) {
+            UploadOptions options;
+            options.layout = layout;
+            const auto bytes = packVolume(volume, options);
+            ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+            EXPECT_EQ(bytes->info.layout, layout == Layout::Buffer ? Layout::Buffer : Layout::Atlas);
+            EXPECT_GT(bytes->info.coarse_bricks, 10u);
+            if (options.layout == Layout::Automatic) options.layout = Layout::Atlas;
+            EXPECT_EQ(bytes->info.bricks + 7 * bytes->info.coarse_bricks,
+                      packVolume(test::loaded(spec), options)->info.bricks);
+            const Reader reader(*bytes);
+            std::mt19937 random(8);
+            for (int n = 0; n < 4000; ++n) {
+                const auto in = [&](double low, double high) {
+                    return std::uniform_real_distribution(low, high)(random);
+                };
+                const Vec3 at = {in(-40, 53), in(-6, 53), in(2, 73)};
+                const auto got = reader.at(at);
+                const Light light = volume.sample(at);
+                // Halves round what lies between wide voxels: 2^-11 of 20.
+                ASSERT_NEAR(got[0], light.flux.x, 0.015) << n;
+                ASSERT_NEAR(got[4], light.irradiance.x, 0.015) << n;
+                ASSERT_NEAR(got[6], light.irradiance.z, 0.015) << n;
+            }
+        }
+    }
+    // The check sees light that is not what its blocks say.
+    NvdbSpec lie = test::twoLevels(spec, [](int, int, int) { return true; });
+    lie.values = test::swirl;
+    const Volume volume = test::loaded(lie);
+    const auto bytes = packVolume(volume);
+    ASSERT_TRUE(bytes.ok());
+    double worst = 0;
+    for (int n = 0; n < 100; ++n) {
+        const Vec3 at = {0.37 * n, 11.3, 20.7};
+        worst = std::max(worst, std::fabs(Reader(*bytes).at(at)[4] - volume.sample(at).irradiance.x));
+    }
+    EXPECT_GT(worst, 1);
+}
+
+TEST(VolumeBytes, BlocksThatAreNoneAreRefused) {
+    NvdbSpec spec;
+    spec.values = test::swirl;
+    for (const char* text : {"0,0,0,1,1,1", "0,0,0,1,1,1:", "0,0,0,0,1,1:f", "0,0,0,9,9,9:f", "0,0,0,1,1,1:x",
+                             "999999999,0,0,1,1,1:f", "0,0,0,99999999,99999999,99999999:f", "light"}) {
+        spec.json = std::string("{\"coarse_blocks\": \"") + text + "\"}";
+        const auto bytes = test::makeNvdb(spec);
+        const auto read = readVolume(bytes.data(), bytes.size());
+        ASSERT_FALSE(read.ok()) << text;
+        EXPECT_EQ(read.error().code, ErrorCode::Format);
+        EXPECT_NE(read.error().message.find("coarse_blocks"), std::string::npos);
+    }
+    spec.json = "{\"coarse_blocks\": \"0,0,0,1,1,1:1\"}";
+    EXPECT_EQ(packVolume(test::loaded(spec))->info.coarse_bricks, 1u);
 }
 
 TEST(VolumeBytes, LimitsAndBudgetsHold) {

@@ -45,6 +45,9 @@ struct Metadata {
     Vec3 period;                    ///< [m] after which the light repeats along the world's axes; 0: it does not
     std::string up_axis = "Z";      ///< of the world
     std::string paths = "caustic";  ///< "caustic" or "all"
+    /// Blocks of 16^3 voxels whose light is smooth, so that a GPU takes one brick for each, of voxels twice as wide
+    /// (docs/schemas/runtime.md); empty: none.
+    std::string coarse_blocks;
 };
 
 struct LoadOptions {

@@ -50,10 +50,11 @@ struct UploadOptions {
 
 struct UploadInfo {
     Layout layout = Layout::Automatic;
-    std::uint64_t bytes = 0;   ///< of GPU memory
-    std::uint32_t bricks = 0;  ///< that hold light; 0 when dense
-    double fill = 0;           ///< part of the box's blocks of 8^3 that have light
-    int coarsened = 0;         ///< how often the voxels were doubled
+    std::uint64_t bytes = 0;          ///< of GPU memory
+    std::uint32_t bricks = 0;         ///< that hold light; 0 when dense
+    std::uint32_t coarse_bricks = 0;  ///< of them, those whose voxels are twice as wide, where light is smooth
+    double fill = 0;                  ///< part of the box's blocks of 8^3 that have light
+    int coarsened = 0;                ///< how often the voxels were doubled
 };
 
 /// Texels of a 3D texture: x fastest, then y, then z, without padding.
