@@ -1,57 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of a triangle's power that falls into a texel, added to what other triangles bring: the exact area of their
-// intersection over the triangle's. Nothing depends on where a texel's centre lies, so no light is lost or made however
-// thin the triangles grow at a caustic.
+// intersection over the triangle's.
 flat in vec2 photic_a, photic_b, photic_c;
 flat in vec4 photic_light_of_triangle;
 
+#include "photic_cell_share.glsl"
+
 layout(location = 0) out vec4 photic_light;  // flux.xyz, fluence rate, over the sun's irradiance
-
-// Area of the unit square below the segment from p to q, negative where it runs towards -x.
-float photicBelow(vec2 p, vec2 q) {
-    float x0 = clamp(p.x, 0.0, 1.0), x1 = clamp(q.x, 0.0, 1.0);
-    if (x0 == x1) return 0.0;
-    float slope = (q.y - p.y) / (q.x - p.x), low = min(p.y, q.y), high = max(p.y, q.y);
-    float y0 = clamp(p.y + (x0 - p.x) * slope, low, high), y1 = clamp(p.y + (x1 - p.x) * slope, low, high);
-    // The mean of clamp(y, 0, 1) from y0 to y1; written so that nothing cancels.
-    float c0 = clamp(y0, 0.0, 1.0), c1 = clamp(y1, 0.0, 1.0), mean = c0;
-    if (y1 != y0) mean = ((c1 - c0) * (c1 + c0) * 0.5 + max(y1 - 1.0, 0.0) - max(y0 - 1.0, 0.0)) / (y1 - y0);
-    return mean * (x1 - x0);
-}
-
-// The part of a segment's length inside the unit square.
-float photicInside(vec2 p, vec2 q) {
-    vec2 along = q - p;
-    vec2 safe = mix(along, vec2(1e-9), lessThan(abs(along), vec2(1e-9)));
-    vec2 t0 = (vec2(0.0) - p) / safe, t1 = (vec2(1.0) - p) / safe;
-    vec2 enter = min(t0, t1), leave = max(t0, t1);
-    return max(0.0, min(min(leave.x, leave.y), 1.0) - max(max(enter.x, enter.y), 0.0));
-}
 
 void main() {
     vec2 texel = floor(gl_FragCoord.xy);
-    vec2 a = photic_a - texel, b = photic_b - texel, c = photic_c - texel;
-    vec2 ab = photic_b - photic_a, ac = photic_c - photic_a;
-    float area = 0.5 * (ab.x * ac.y - ab.y * ac.x);
-    vec2 bc = photic_c - photic_b;
-    // Distances of the texel's centre from the sides, times the sides' lengths; positive inside. And how far the texel
-    // reaches in the same measure.
-    vec3 distances = vec3(ab.x * (0.5 - a.y) - ab.y * (0.5 - a.x), bc.x * (0.5 - b.y) - bc.y * (0.5 - b.x),
-                          ac.y * (0.5 - c.x) - ac.x * (0.5 - c.y)) * (area < 0.0 ? -1.0 : 1.0);
-    vec3 reach = 0.5 * vec3(abs(ab.x) + abs(ab.y), abs(bc.x) + abs(bc.y), abs(ac.x) + abs(ac.y));
-    if (any(lessThan(distances, -reach - 1e-3))) discard;
-    float part;
-    if (all(greaterThan(distances, reach))) {
-        part = 1.0 / abs(area);
-    } else if (abs(area) > 1e-3) {
-        part = (photicBelow(a, b) + photicBelow(b, c) + photicBelow(c, a)) / -area;
-    } else {
-        // Thinner than rounding can measure: the light lies along the longest side.
-        float sides[3];
-        sides[0] = dot(ab, ab), sides[1] = dot(bc, bc), sides[2] = dot(ac, ac);
-        bool first = sides[0] >= sides[1] && sides[0] >= sides[2];
-        part = first ? photicInside(a, b) : sides[1] >= sides[2] ? photicInside(b, c) : photicInside(c, a);
-    }
+    float part = photicCellShare(photic_a - texel, photic_b - texel, photic_c - texel);
+    if (part == 0.0) discard;
     vec3 direction = photic_light_of_triangle.xyz;
     // Half floats end at 65504.
     float fluence = clamp(part * photic_light_of_triangle.w / -direction.z, 0.0, 6e4);

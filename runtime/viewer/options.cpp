@@ -17,8 +17,8 @@ namespace {
 
 std::map<std::string, Source> sources() {
     std::map<std::string, Source> out;
-    for (const Source s :
-         {Source::BakedA, Source::BakedB, Source::CausticMap, Source::Lookup, Source::WarpedVolumes, Source::None}) {
+    for (const Source s : {Source::BakedA, Source::BakedB, Source::LiveBake, Source::CausticMap, Source::Lookup,
+                           Source::WarpedVolumes, Source::None}) {
         std::string name = kSourceNames[static_cast<int>(s)];
         std::replace(name.begin(), name.end(), ' ', '-');
         out[name] = s;

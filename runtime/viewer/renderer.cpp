@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "photic/bent_rays.h"
+#include "photic/live_bake.h"
 #include "photic/runtime_gl.h"
 #include "runtime/viewer/gl_objects.h"
 #include "runtime/viewer/viewer_shaders.h"
@@ -78,7 +79,8 @@ public:
         solids_.upload(stage.solids);
         sheets_.upload(stage.sheets);
         has_water_ = !stage.heights.empty() && stage.has_sun;
-        map_current_ = false;
+        map_current_ = live_current_ = false;
+        live_.reset();
         uploadHeights();
         if (!has_water_) return Done{};
         stage_.water.heights = stage_.heights.data();
@@ -280,8 +282,7 @@ private:
         around.turn = picture.turn;
         around.radiance = targets_.seen;
         std::vector<runtime::LitVolume> light;
-        if ((source == Source::BakedA || source == Source::BakedB) && has(source))
-            light.push_back({&*volumes_[source == Source::BakedA ? 0 : 1]});
+        if (runtime::GpuVolume* volume = volumeOf(source)) light.push_back({volume});
         return bent_->draw(surfaces, target, *objects_, placed, around, light);
     }
 
@@ -302,11 +303,14 @@ private:
     Status receivers(const Picture& picture, const Matrices& matrices, Source source, const runtime::GBuffer& surfaces,
                      const runtime::Target& target) {
         if (source == Source::None || !has(source)) return Done{};
-        if (source == Source::BakedA || source == Source::BakedB) {
+        if (source == Source::LiveBake) {
+            if (const Status ready = prepareWater(picture, source); !ready) return ready;
+        }
+        if (runtime::GpuVolume* volume = volumeOf(source)) {
             const runtime::Movers movers = moversOf(picture);
             runtime::ReceiverOptions options;
             options.shadows.movers = &movers;
-            return receivers_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}}, options);
+            return receivers_->draw(surfaces, target, {{volume}}, options);
         }
         if (const Status ready = prepareWater(picture, source); !ready) return ready;
         if (source == Source::WarpedVolumes) {
@@ -320,13 +324,42 @@ private:
         return receivers_->drawLit(surfaces, target, {kind, {}, &*water_});
     }
 
+    /// The volume that a source looks light up in; null where it looks at something else, or has none.
+    runtime::GpuVolume* volumeOf(Source source) {
+        if (source == Source::LiveBake) return has_water_ && live_ ? &live_->volume() : nullptr;
+        if (source != Source::BakedA && source != Source::BakedB) return nullptr;
+        auto& volume = volumes_[source == Source::BakedA ? 0 : 1];
+        return volume ? &*volume : nullptr;
+    }
+
+    /// Anew where the water or its light has changed.
+    Status bakeLive() {
+        if (live_current_) return Done{};
+        if (!live_) {
+            runtime::LiveBakeOptions options;
+            constexpr float kMostVoxels = 128;
+            const glm::vec3 size = stage_.max - stage_.min;
+            const float voxel = std::max({size.x, size.y, size.z}) / kMostVoxels;
+            for (int a = 0; a < 3; ++a) {
+                const auto axis = static_cast<std::size_t>(a);
+                options.min[axis] = stage_.min[a], options.max[axis] = stage_.max[a];
+                options.voxels[axis] = std::max(1, static_cast<int>(std::ceil(size[a] / voxel)));
+            }
+            auto made = runtime::LiveBake::create(context_, options);
+            if (!made) return made.error();
+            live_.emplace(std::move(made).value());
+        }
+        live_current_ = true;
+        return live_->update(*water_);
+    }
+
     Status prepareWater(const Picture& picture, Source source) {
         runtime::WaterLight light = stage_.light;
         copy(light.extinction, picture.extinction);
         if (picture.extinction != extinction_) {
             if (const Status set = water_->setLight(light); !set) return set;
             extinction_ = picture.extinction;
-            map_current_ = false;
+            map_current_ = live_current_ = false;
         }
         runtime::LookupOptions lookup;
         lookup.tightening = picture.tightening;
@@ -334,6 +367,7 @@ private:
         // gamma is crossings a metre; light scattered evenly to all sides.
         lookup.ray_strength = picture.scattering.y * lookup.plane_distance / (4 * 3.14159265f);
         if (const Status set = water_->setLookup(lookup); !set) return set;
+        if (source == Source::LiveBake) return bakeLive();
         if (source != Source::CausticMap || map_current_) return Done{};
         runtime::CausticMapOptions map;
         map.bottom = stage_.min.z, map.top = stage_.water.level;
@@ -367,10 +401,8 @@ private:
         if (source == Source::Lookup && has_water_ && picture.scattering != glm::vec3(0)) {
             return water_->drawGodRays(surfaces, target);
         }
-        if (picture.scattering == glm::vec3(0) || (source != Source::BakedA && source != Source::BakedB) ||
-            !has(source)) {
-            return Done{};
-        }
+        runtime::GpuVolume* volume = volumeOf(source);
+        if (picture.scattering == glm::vec3(0) || !volume) return Done{};
         runtime::MediumOptions medium;
         copy(medium.scattering, picture.scattering);
         copy(medium.absorption, glm::max(glm::vec3(0), picture.extinction - picture.scattering));
@@ -381,7 +413,7 @@ private:
         const runtime::Movers movers = moversOf(picture);
         medium.shadows.movers = &movers;
         if (!stage_.heights.empty()) copy(medium.surface, {0, 0, 1}), medium.surface[3] = stage_.water.level;
-        return media_->draw(surfaces, target, {{&*volumes_[source == Source::BakedA ? 0 : 1]}}, medium);
+        return media_->draw(surfaces, target, {{volume}}, medium);
     }
 
     void waterSurface(const Picture& picture, const Matrices& matrices, int side, const glm::vec3& sun) const {
@@ -411,6 +443,7 @@ private:
     std::optional<runtime::ReceiverPass> receivers_;
     std::optional<runtime::MediumPass> media_;
     std::optional<runtime::LiveWater> water_;
+    std::optional<runtime::LiveBake> live_;
     std::optional<runtime::BentRayPass> bent_;
     std::optional<runtime::GpuIndexVolumes> objects_;
     GLuint environment_texture_ = 0;
@@ -422,7 +455,7 @@ private:
     Targets targets_;
     GLuint empty_array_ = 0, height_texture_ = 0;
     glm::vec3 extinction_{-1};  ///< that the water has
-    bool has_water_ = false, map_current_ = false;
+    bool has_water_ = false, map_current_ = false, live_current_ = false;
 };
 
 }  // namespace

@@ -16,8 +16,9 @@
 namespace photic::viewer {
 
 /// What lights one half of the picture.
-enum class Source { BakedA, BakedB, CausticMap, Lookup, WarpedVolumes, None };
-inline constexpr const char* kSourceNames[] = {"baked", "baked B", "caustic map", "look-up", "warped volumes", "none"};
+enum class Source { BakedA, BakedB, LiveBake, CausticMap, Lookup, WarpedVolumes, None };
+inline constexpr const char* kSourceNames[] = {"baked",   "baked B",        "live bake", "caustic map",
+                                               "look-up", "warped volumes", "none"};
 
 struct Camera {
     glm::vec3 eye{3}, target{0};

@@ -28,6 +28,7 @@
 namespace photic::runtime {
 
 struct GlFunctions;
+class LiveBake;
 
 /// GL's functions and limits, shared by all that is made with it. Copies are the same context.
 class GpuContext {
@@ -74,6 +75,7 @@ public:
     const Impl& impl() const { return *impl_; }
 
 private:
+    friend class LiveBake;
     explicit GpuVolume(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };
