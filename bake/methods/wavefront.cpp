@@ -307,6 +307,8 @@ SweepWork countedWork(const Scene& scene, WavefrontOptions options, const GridFr
     constexpr double kNodes = 4e4;
     const int times = std::max(1, static_cast<int>(std::ceil(std::cbrt(nodes / kNodes))));
     options.disc_samples = 1, options.arrivals = WavefrontArrivals::All;
+    // The bake refuses it, and says why.
+    if (!scene.surfaces.empty()) options.preset = WavefrontPreset::None;
     const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(coarser(frame, times)));
     LightField field(needed, {scene.coloured() ? 3 : 1, scene.bake.grids.direction});
     Monitor quiet;

@@ -128,6 +128,13 @@ TEST(WavefrontPaper, RefusesWhatThePaperDoesNotKnow) {
     EXPECT_NE(
         refusal(sceneOf(domain, kDown, medium("[" + lens + ", " + lens + ", " + lens + "]")), kPaper).find("one index"),
         std::string::npos);
+    // Sharp surfaces, which an estimate beforehand stands.
+    const Scene sharp = sceneOf(domain, kDown,
+                                medium(lens) +
+                                    "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.4\ninside = "
+                                    "\"lens\"\n");
+    EXPECT_NE(refusal(sharp, kPaper).find("'ball'"), std::string::npos);
+    EXPECT_GT(findMethod("wavefront")->cost({sharp, sceneFrame(sharp), 512, kPaper}).stages.size(), 0u);
     Scene timed = plain;
     timed.bake.grids.arrival_time = true;
     EXPECT_NE(refusal(timed, kPaper).find("arrival_time"), std::string::npos);
