@@ -8,6 +8,7 @@
 #include "bake/cli/terminal.h"
 #include "bake/field/heap.h"
 #include "bake/report/error.h"
+#include "bake/threads/stop_loops.h"
 
 int main(int argc, char** argv) {
     using photic::Error;
@@ -17,6 +18,8 @@ int main(int argc, char** argv) {
     auto& terminal =
         *new photic::cli::Terminal(photic::cli::progressMode(argc, argv), photic::cli::loudness(argc, argv));
     photic::cli::watchSignals([&terminal](const Error& why) { terminal.lastWord(why); });
+    // What takes more memory than it may goes on taking it until it looks: so loops look for it.
+    photic::stopLoopsWhen([] { return photic::cli::stopWanted() == photic::cli::Stop::Memory; });
     const auto fail = [&terminal](const Error& error) {
         terminal.error(error);
         return static_cast<int>(error.code());

@@ -17,9 +17,18 @@
 #include <xmmintrin.h>
 #endif
 
+#include "bake/report/error.h"
+#include "bake/threads/stop_loops.h"
+
 namespace photic {
 namespace {
 std::atomic<int> g_threads{0};
+std::atomic<bool (*)()> g_stop{nullptr};
+
+void endWhereAsked() {
+    bool (*const wanted)() = g_stop.load(std::memory_order_relaxed);
+    if (wanted && wanted()) throw Error(ErrorCode::Cancelled, "cancelled");
+}
 
 // Numbers below 1e-38 count as 0 while it lives, on every thread alike: libraries set that on some threads and leave it
 // there, which would let results depend on who does what; and such numbers are slow, and are many behind opaque media.
@@ -38,6 +47,8 @@ private:
 };
 }  // namespace
 
+void stopLoopsWhen(bool (*wanted)()) { g_stop = wanted; }
+
 int threadCount() {
     const int set = g_threads.load();
     return set > 0 ? set : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -55,6 +66,7 @@ void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& bo
         for (std::int64_t i; (i = next.fetch_add(1)) < count;) {
             try {
                 const TinyIsZero tiny;
+                endWhereAsked();
                 body(i);
             } catch (...) {
                 const std::lock_guard lock(failure_mutex);
@@ -85,13 +97,17 @@ void setThreadCount(int count) {
 void parallelFor(std::int64_t count, const std::function<void(std::int64_t)>& body) {
     if (threadCount() == 1 || count < 2) {
         const TinyIsZero tiny;
-        for (std::int64_t i = 0; i < count; ++i) body(i);
+        for (std::int64_t i = 0; i < count; ++i) {
+            endWhereAsked();
+            body(i);
+        }
         return;
     }
     tbb::parallel_for(
         std::int64_t{0}, count,
         [&](std::int64_t i) {
             const TinyIsZero tiny;
+            endWhereAsked();
             body(i);
         },
         tbb::simple_partitioner{});

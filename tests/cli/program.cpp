@@ -89,9 +89,11 @@ std::string Program::errSoFar() const { return readAll(err_); }
 
 Outcome Program::wait() {
     int status = 0;
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    rusage usage{};
+    while (wait4(pid_, &status, 0, &usage) < 0 && errno == EINTR) {
     }
     Outcome outcome;
+    outcome.most_bytes = usage.ru_maxrss * std::int64_t{1024};
     outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
     outcome.out = readAll(out_);
     outcome.err = readAll(err_);

@@ -34,6 +34,7 @@ private:
 struct Outcome {
     int code = -1;  ///< exit code; 1000 + signal when it was killed
     std::string out, err;
+    std::int64_t most_bytes = 0;  ///< of memory that it held
     nlohmann::json json() const { return nlohmann::json::parse(out); }
     /// Each line of stderr as JSON.
     std::vector<nlohmann::json> events() const;

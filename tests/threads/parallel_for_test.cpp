@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bake/threads/parallel_for.h"
+#include "bake/report/error.h"
+#include "bake/threads/stop_loops.h"
 
 #include <gtest/gtest.h>
 
@@ -55,6 +57,23 @@ TEST(ThreadCount, IsWhatWasAskedForOrAllCores) {
     EXPECT_EQ(threadCount(), 3);
     setThreadCount(0);
     EXPECT_GE(threadCount(), 1);
+}
+
+std::atomic<int> g_calls{0};
+
+TEST(ParallelFor, EndsWhereItIsAskedTo) {
+    for (const int threads : {1, 2}) {
+        setThreadCount(threads);
+        g_calls = 0;
+        stopLoopsWhen([] { return g_calls >= 100; });
+        EXPECT_THROW(parallelFor(100000, [](std::int64_t) { ++g_calls; }), Error);
+        EXPECT_GE(g_calls, 100);
+        EXPECT_LT(g_calls, 110);
+        stopLoopsWhen(nullptr);
+        parallelFor(1000, [](std::int64_t) { ++g_calls; });
+        EXPECT_GE(g_calls, 1100);
+    }
+    setThreadCount(0);
 }
 
 }  // namespace
