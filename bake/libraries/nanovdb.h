@@ -16,7 +16,9 @@
 
 #include <cstdint>
 #include <cstring>
+#include <sstream>
 #include <string>
+#include <vector>
 
 namespace photic::nano {
 
@@ -86,6 +88,22 @@ nanovdb::GridHandle<Buffer> build(const GridPlan& plan, Fill fill) {
     nanovdb::updateChecksum(*grid, nanovdb::ChecksumMode::Full);
 #endif
     return handle;
+}
+
+/// The bytes of a file of these grids.
+inline std::string fileBytes(const std::vector<nanovdb::GridHandle<>>& handles, nanovdb::io::Codec codec) {
+#ifdef PHOTIC_NANOVDB_TOOLS
+    std::stringstream out;
+    nanovdb::io::writeGrids(out, handles, codec);
+    return out.str();
+#else
+    // This one skips forward past the end, which only a stream that is long enough allows.
+    std::size_t size = 1 << 16;
+    for (const auto& handle : handles) size += handle.size();
+    std::stringstream out(std::string(size, '\0'));
+    nanovdb::io::writeGrids(out, handles, codec);
+    return out.str().substr(0, static_cast<std::size_t>(out.tellp()));
+#endif
 }
 
 }  // namespace photic::nano
