@@ -2,17 +2,18 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "bake/baker/bake_cost.h"
 #include "bake/baker/bake_scene.h"
 #include "bake/baker/bake_slabs.h"
+#include "bake/baker/copy_frame.h"
 #include "bake/baker/error_goal.h"
 #include "bake/baker/lookup_advice.h"
 #include "bake/baker/post_steps.h"
@@ -26,7 +27,9 @@
 #include "bake/file/output_set.h"
 #include "bake/image/atomic_file.h"
 #include "bake/methods/catalogue.h"
+#include "bake/methods/kept_shapes.h"
 #include "bake/report/error.h"
+#include "bake/scene/kept_meshes.h"
 #include "bake/scene/load_toml.h"
 #include "bake/scene/plausibility.h"
 #include "bake/threads/parallel_for.h"
@@ -152,8 +155,33 @@ Written bakeBySlabs(const BakeArguments& arguments, const Scene& scene, int slab
     return {std::move(baked.report), baked.frame};
 }
 
-/// One frame from file to file. Fills its report document as far as it comes. Returns the hash of the frame's scene.
-std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& terminal, Json& document) {
+/// Frames that a run has made or found, by what they show.
+class KnownFrames {
+public:
+    struct Frame {
+        std::string file, hash;
+        std::uint64_t scene = 0;
+    };
+    const Frame* find(const Scene& scene, const std::string& settings) const {
+        const auto found = frames_.find({scene.hash, settings});
+        return found == frames_.end() ? nullptr : &found->second;
+    }
+    void add(const Scene& scene, const std::string& settings, const std::string& file, const std::string& hash) {
+        frames_.insert_or_assign({scene.hash, settings}, Frame{file, hash, scene.hash});
+    }
+    /// Whether all frames showed the same.
+    bool areEqual() const {
+        return std::all_of(frames_.begin(), frames_.end(),
+                           [&](const auto& entry) { return entry.second.scene == frames_.begin()->second.scene; });
+    }
+
+private:
+    std::map<std::pair<std::uint64_t, std::string>, Frame> frames_;
+};
+
+/// One frame from file to file. Fills its report document as far as it comes.
+void bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& terminal, KnownFrames& known,
+               Json& document) {
     const int frame_number = document["frame"].get<int>();
     const std::string output = document["output"].get<std::string>();
     BakeChoices choices = choicesOf(arguments);
@@ -169,18 +197,32 @@ std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Term
                     fmt::format("method '{}' knows no standard error; photic methods says which does", method.name),
                     "--standard-error");
     }
-    const std::string hash = inputHash(scene, method, choices);
+    const std::string hash = inputHash(scene, method, choices), settings = settingsText(scene, method, choices);
     document["scene_hash"] = hash;
-    document["settings"] = Json::parse(settingsText(scene, method, choices));
+    document["settings"] = Json::parse(settings);
     const bool kept = (arguments.frames || arguments.tile) && !arguments.force &&
                       upToDate(output, hash, arguments.tile) &&
                       (!wants_error || fs::exists(standardErrorPath(arguments, frame_number)));
     if (kept) {
         terminal.say(output + ": unchanged, kept");
         document["up_to_date"] = true;
-        return scene.hash;
+        known.add(scene, settings, output, hash);
+        return;
     }
     terminal.checkCancelled();
+    // A sea that has come round, or a scene that stands still: as one of the frames before, but for its number.
+    const KnownFrames::Frame* same = wants_error || arguments.force ? nullptr : known.find(scene, settings);
+    if (same && copyFrame(same->file, same->hash, outputs.open(output), frame_number, hash)) {
+        const std::int64_t bytes = outputs.pendingBytes(output);
+        outputs.commit();
+        terminal.expect({{"copy", 1}});
+        terminal.progress("copy", 1);
+        terminal.say(fmt::format("{}: as {}, copied", output, same->file));
+        document["copied_from"] = same->file, document["file_bytes"] = bytes;
+        known.add(scene, settings, output, hash);
+        return;
+    }
+    outputs.discard();
     const double scene_seconds = secondsSince(start);
 
     const std::vector<std::string> scene_warnings = terminal.takeWarnings();
@@ -201,7 +243,7 @@ std::uint64_t bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Term
     document["file_bytes"] = file_bytes;
     if (slabs > 1) document["slabs"] = slabs;
     document.update(toJson(report));
-    return scene.hash;
+    known.add(scene, settings, output, hash);
 }
 
 /// Names every file that the run will write, so that what cannot be written is refused before any work.
@@ -337,13 +379,16 @@ Json newDocument(const BakeArguments& arguments, int frame) {
 void bakeFrames(const BakeArguments& arguments, const FrameRange& range, OutputSet& outputs, Terminal& terminal,
                 Json& documents) {
     Failures failures;
-    std::set<std::uint64_t> different;
+    KnownFrames known;
+    // Meshes that stay as they are, and what is built of them, serve all frames.
+    const KeptMeshes meshes;
+    const KeptShapes shapes;
     for (int frame = range.first; frame <= range.last; ++frame) {
         terminal.checkCancelled();
         terminal.beginPart(frame - range.first, range.last - range.first + 1);
         Json& document = documents.emplace_back(newDocument(arguments, frame));
         try {
-            different.insert(bakeFrame(arguments, outputs, terminal, document));
+            bakeFrame(arguments, outputs, terminal, known, document);
         } catch (const Error& error) {
             outputs.discard();
             document["error"] = errorJson(explained(error));
@@ -360,7 +405,7 @@ void bakeFrames(const BakeArguments& arguments, const FrameRange& range, OutputS
         }
     }
     failures.raise("the others are baked");
-    if (range.first < range.last && different.size() == 1) {
+    if (range.first < range.last && known.areEqual()) {
         terminal.warn(
             fmt::format("nothing in {} changes from frame {} to {}, and the volumes are equal; number the "
                         "frames of a file with ####, or give waves a speed",

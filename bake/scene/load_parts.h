@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,7 +26,10 @@ struct LoadContext {
     int frame = 0;
     double frame_rate = 24;  ///< [1/s]
     Monitor& monitor;
-    bool animated = false;  ///< something depends on the frame's number other than through a file's name
+    /// Whether something depends on the frame's number other than through a file's name, and after how many frames all
+    /// of it is as it was; 0: never.
+    bool animated = false;
+    std::int64_t loop_frames = 0;
     std::uint64_t hash = 0xcbf29ce484222325u;  ///< 64-bit FNV-1a of all bytes so far
     std::vector<Medium> media{};               ///< Scene::media, to which surfaces add "air" where they name it
     std::vector<GradedObject> graded{};        ///< media whose index varies; `media` has each as well
@@ -35,6 +39,13 @@ struct LoadContext {
 
     void hashBytes(std::string_view bytes) {
         for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    }
+    /// Something moves, and comes again after so many frames; 0: never.
+    void animate(std::int64_t loop) {
+        constexpr std::int64_t kLongest = 1000000;
+        loop_frames = loop == 0 || (animated && loop_frames == 0) ? 0 : animated ? std::lcm(loop_frames, loop) : loop;
+        if (loop_frames > kLongest) loop_frames = 0;
+        animated = true;
     }
     /// A file's path, with "####" replaced by the frame's number, relative to the scene's directory.
     std::string path(const std::string& file) const;

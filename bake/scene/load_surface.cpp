@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
 #include <limits>
 
 #include "bake/image/atomic_file.h"
+#include "bake/scene/config_meaning.h"
+#include "bake/scene/kept_meshes.h"
 #include "bake/scene/load_parts.h"
 #include "bake/scene/mesh_file.h"
 #include "bake/scene/placement.h"
@@ -113,10 +116,10 @@ namespace {
 
 /// The file's triangles, or those of the parts that `node` and `material` name.
 TriangleMesh loadTriangles(const TableReader& table, const std::string& path, std::optional<UpAxis> up,
-                           LoadContext& context) {
-    const auto use_bytes = [&](std::string_view bytes) { context.hashBytes(bytes); };
+                           LoadContext& context, Monitor& monitor,
+                           const std::function<void(std::string_view)>& use_bytes) {
     const auto node = table.text("node"), material = table.text("material");
-    if (!node && !material) return loadMesh(path, up, context.monitor, use_bytes);
+    if (!node && !material) return loadMesh(path, up, monitor, use_bytes);
     if (!isGltf(path))
         table.fail(node ? "node" : "material", "only of .gltf and .glb files parts are read; leave it out");
     std::shared_ptr<const RawMesh>& raw = context.gltf[path];
@@ -126,7 +129,15 @@ TriangleMesh loadTriangles(const TableReader& table, const std::string& path, st
         raw = std::make_shared<const RawMesh>(readGltf(bytes, path, use_bytes));
     }
     return buildMesh(onlyParts(*raw, node.value_or(""), material.value_or(""), path), up.value_or(UpAxis::Y), path,
-                     context.monitor);
+                     monitor);
+}
+
+/// All keys of a table that its mesh depends on, besides the file.
+std::string meshKeys(const TableReader& table) {
+    std::string keys;
+    for (const char* key : {"up", "smooth", "node", "material", "position", "rotation", "scale"})
+        if (const ConfigValue* value = table.find(key)) keys += fmt::format("{} {}\n", key, meaningOf(*value));
+    return keys;
 }
 
 }  // namespace
@@ -137,26 +148,35 @@ std::shared_ptr<const TriangleMesh> loadMeshKeys(const TableReader& table, const
     if (const auto axis = table.choice("up", {"y", "z"})) up = static_cast<UpAxis>(*axis);
     const auto smooth = table.flag("smooth");
     const Placement placement = loadPlacement(table);
-    return placed(table, "file", [&] {
-        TriangleMesh mesh = loadTriangles(table, context.path(file), up, context);
+    const std::string path = context.path(file);
+    const auto load = [&](Monitor& monitor, const std::function<void(std::string_view)>& use_bytes) {
+        TriangleMesh mesh = loadTriangles(table, path, up, context, monitor, use_bytes);
         place(mesh, placement);
-        if (shape) *shape = shapeOf(mesh);
-        const bool flat = smooth ? !*smooth : shape && shape->faceted && !mesh.shaded_smooth;
+        LoadedMesh loaded;
+        if (shape) loaded.shape = shapeOf(mesh);
+        const bool flat = smooth ? !*smooth : shape && loaded.shape.faceted && !mesh.shaded_smooth;
         if (flat && !smooth)
-            context.monitor.note(
+            monitor.note(
                 fmt::format("'{}': all of its edges are sharp, so its faces are flat; smooth = true "
                             "rounds them",
                             file));
-        if (flat) return std::make_shared<TriangleMesh>(withFacetNormals(mesh));
         // Open sheets are water, whose crests are round.
-        const bool creased = !smooth && shape && shape->closed() && !mesh.corner_normals.empty();
+        const bool creased = !flat && !smooth && shape && loaded.shape.closed() && !mesh.corner_normals.empty();
         if (creased)
-            context.monitor.note(
-                fmt::format("'{}': edges {} are creases; smooth = true rounds them", file,
-                            mesh.shaded_smooth ? "that the file shades sharp" : "sharper than 40 degrees"));
-        TriangleMesh out = creased ? withCreases(mesh) : std::move(mesh);
-        out.corner_normals.clear();
-        return std::make_shared<TriangleMesh>(std::move(out));
+            monitor.note(fmt::format("'{}': edges {} are creases; smooth = true rounds them", file,
+                                     mesh.shaded_smooth ? "that the file shades sharp" : "sharper than 40 degrees"));
+        TriangleMesh out = flat ? withFacetNormals(mesh) : creased ? withCreases(mesh) : std::move(mesh);
+        if (!flat) out.corner_normals.clear();
+        loaded.mesh = std::make_shared<TriangleMesh>(std::move(out));
+        return loaded;
+    };
+    return placed(table, "file", [&] {
+        // A surface's mesh has creases, an object's has not.
+        const std::string keys = meshKeys(table) + (shape ? "surface" : "object");
+        LoadedMesh loaded = keptMesh(
+            path, keys, [&](std::string_view bytes) { context.hashBytes(bytes); }, context.monitor, load);
+        if (shape) *shape = loaded.shape;
+        return loaded.mesh;
     });
 }
 

@@ -14,6 +14,7 @@
 #include "bake/scene/config_meaning.h"
 #include "bake/scene/gltf_scene.h"
 #include "bake/scene/graded_index.h"
+#include "bake/scene/kept_meshes.h"
 #include "bake/scene/keyframes.h"
 #include "bake/scene/load_parts.h"
 
@@ -249,6 +250,7 @@ void aimAtGraded(const GradedObject& object, Scene& scene) {
 
 Scene parseScene(const std::string& text, const std::string& name, const std::string& directory, int frame,
                  Monitor& monitor) {
+    beginSceneOfKeptMeshes();
     const ConfigValue moving = parseConfig(text, name);
     checkVersion(moving, name);
     // What moves stands still in a frame: nothing after this knows of keyframes, and frames in which nothing moves have
@@ -286,7 +288,8 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     scene.bake.sizes_itself = !domain.is_sized && !scene.bake.error;
     if (scene.surfaces.empty()) aimAtGraded(context.graded.front(), scene);
 
-    if (context.animated) context.hashBytes(fmt::format("frame {}", frame));
+    if (context.animated)
+        context.hashBytes(fmt::format("frame {}", context.loop_frames > 0 ? frame % context.loop_frames : frame));
     scene.hash = context.hash;
     return scene;
 }

@@ -46,7 +46,7 @@ std::shared_ptr<const HeightField> loadWaves(const TableReader& surface, HeightF
         const double k = 2 * std::numbers::pi / wave.wavelength;
         const auto speed = table.number("speed", withinReach("m/s"));
         if (speed || deep_water) {
-            context.animated = true;
+            context.animate(0);
             wave.phase -= (speed ? k * *speed : std::sqrt(kGravity * k)) * time;
         }
         waves.push_back(wave);
@@ -94,7 +94,7 @@ std::shared_ptr<const HeightField> loadBump(const TableReader& surface, const He
     const auto fitting = static_cast<std::int64_t>(std::clamp(16 * longest / bump.radius, 256.0, 2048.0));
     const glm::ivec2 cells =
         cellsOf(place.size, table.integer("resolution", kLeastResolution, kMostResolution).value_or(fitting));
-    context.animated = true;
+    context.animate(0);
 
     SplineFieldShape shape;
     shape.size = place.size, shape.center = place.center, shape.boundary = GridBoundary::Mirror,
@@ -135,8 +135,12 @@ std::shared_ptr<const HeightField> loadSea(const TableReader& surface, const Hei
         table.fail("shortest_wavelength", fmt::format("shortest_wavelength {} m does not fit the patch of {} m",
                                                       sea.shortest_wavelength, std::min(place.size.x, place.size.y)));
 
-    const SeaSamples samples = seaSamples(sea, place.size, cells.x, cells.y, timeOf(place, context));
-    context.animated = true;
+    // A sea that repeats after a whole number of frames is the very same then.
+    const double loop = sea.period * place.frame_rate;
+    const bool loops = loop >= 1 && loop < 1e6 && std::fabs(loop - std::round(loop)) < 1e-9 * loop;
+    context.animate(loops ? std::llround(loop) : 0);
+    const int frame = loops ? context.frame % static_cast<int>(std::llround(loop)) : context.frame;
+    const SeaSamples samples = seaSamples(sea, place.size, cells.x, cells.y, frame / place.frame_rate);
     const double peak = peakFrequency(sea), peak_wavelength = 2 * std::numbers::pi * kGravity / (peak * peak);
     WindSea whole = sea;
     whole.shortest_wavelength = peak_wavelength / 400;

@@ -158,6 +158,38 @@ TEST(Frames, EqualOnesAreWarnedOf) {
     EXPECT_EQ(photic(place, {"bake", "pool.toml", "--frames", "1"}).err.find("changes from frame"), std::string::npos);
 }
 
+// A sea that repeats after three frames.
+TEST(Frames, ThatShowTheSameAreCopied) {
+    const Workplace place;
+    PoolText pool;
+    pool.surface = "outside = \"periodic\"\nsea = { wind_speed = 2.0, fetch = 300.0, period = 0.125, resolution = 32 }";
+    place.write("sea.toml", pool.text());
+    const auto frames = [&](const Strings& more) {
+        Strings command{"bake", "sea.toml", "--measure", "no", "--json"};
+        command.insert(command.end(), more.begin(), more.end());
+        const Outcome outcome = photic(place, command);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.json();
+    };
+    const auto reports = frames({"--frames", "1-7"});
+    for (int frame = 1; frame <= 7; ++frame) {
+        const auto& report = reports[static_cast<std::size_t>(frame - 1)];
+        EXPECT_EQ(schemaBreaches(report, "report.md"), Strings{});
+        EXPECT_EQ(report.contains("copied_from"), frame > 3) << frame;
+    }
+    EXPECT_EQ(reports[5]["copied_from"], "sea.0003.vdb");
+    // Each is what it would be alone, to the last byte.
+    for (const char* frame : {"0004", "0007"}) {
+        const std::string name = std::string("sea.") + frame + ".vdb";
+        frames({"--frames", std::to_string(std::atoi(frame)), "-o", "alone.####.vdb"});
+        EXPECT_TRUE(place.read(name) == place.read(std::string("alone.") + frame + ".vdb")) << frame;
+    }
+    // A frame that is kept serves as well; one that was changed by somebody does not.
+    std::filesystem::remove(place / "sea.0004.vdb");
+    EXPECT_EQ(frames({"--frames", "1-4"})[3]["copied_from"], "sea.0001.vdb");
+    EXPECT_FALSE(frames({"--frames", "1-4", "--force"})[3].contains("copied_from"));
+}
+
 TEST(Frames, CommentsAndLineEndsBakeNothingAgain) {
     const Workplace place;
     const std::string text = PoolText{}.text();
