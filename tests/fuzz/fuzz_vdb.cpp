@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "bake/file/vdb.h"
-#include "bake/scene/medium_volume.h"
 #include "bake/scene/index_volume.h"
+#include "bake/scene/medium_volume.h"
 #include "tests/fuzz/fuzzed.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
