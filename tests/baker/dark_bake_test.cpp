@@ -40,11 +40,16 @@ TEST(DarkBake, SaysWhereTheLightWent) {
 TEST(DarkBake, SaysThatNoLightMeetsASurface) {
     Scene lamp = poolScene();
     Light& light = lamp.lights[0];
-    light.type = LightType::Point, light.power = glm::dvec3(100);
-    light.position = glm::dvec3(0, 0, -0.1);  // in the water, whose light would have to go up
+    light.type = LightType::Spot, light.power = glm::dvec3(100), light.cone_angle_deg = 60;
+    light.position = glm::dvec3(0, 0, 1), light.direction = {0, 0, 1};  // at the sky
     EXPECT_NE(darkness(lamp).find("no light meets a surface"), std::string::npos);
-    light.position = glm::dvec3(0, 0, 1);
+    light.direction = {0, 0, -1};
     EXPECT_EQ(darkness(lamp), "");
+    // A lamp in the water shines up at it.
+    light.position = glm::dvec3(0, 0, -0.1), light.direction = {0, 0, 1};
+    EXPECT_EQ(darkness(lamp), "");
+    light.direction = {0, 0, -1};
+    EXPECT_NE(darkness(lamp).find("no light meets a surface"), std::string::npos);
 }
 
 TEST(DarkBake, LeavesOutWhatIsLittle) {
