@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bake/scene/mesh_file.h"
-#include "tests/fuzz/fuzzed.h"
+#include "tests/fuzz/fuzzed_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    photic::fuzz::refusedOrRead([&] {
-        photic::Monitor monitor;
-        const std::string bytes(reinterpret_cast<const char*>(data), size);
-        photic::RawMesh raw = photic::readObj(bytes, "a.obj");
-        const photic::TriangleMesh mesh = photic::buildMesh(std::move(raw), photic::UpAxis::Z, "a.obj", monitor);
-        photic::fuzz::demand(!mesh.triangles.empty() && mesh.normals.size() == mesh.positions.size());
-        for (const auto& triangle : mesh.triangles)
-            for (const std::uint32_t corner : triangle) photic::fuzz::demand(corner < mesh.positions.size());
-    });
+    photic::fuzz::readMesh(photic::readObj, data, size);
     return 0;
 }
