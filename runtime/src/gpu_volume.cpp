@@ -19,20 +19,6 @@ void requireMemory(const GlFunctions& gl, const char* of) {
     fail(ErrorCode::Memory, std::string("GL refuses ") + of + " with error " + code);
 }
 
-/// A 3D texture without content. @throws Failure{Memory}
-GLuint makeTexture(const GlFunctions& gl, GLenum format, const Int3& size, const char* of) {
-    GLuint texture = 0;
-    gl.GenTextures(1, &texture);
-    gl.BindTexture(GL_TEXTURE_3D, texture);
-    gl.TexStorage3D(GL_TEXTURE_3D, 1, format, size[0], size[1], size[2]);
-    if (gl.firstError() != GL_NO_ERROR) {
-        gl.DeleteTextures(1, &texture);
-        fail(ErrorCode::Memory, std::string("the GPU has no memory left for ") + of + " of " + std::to_string(size[0]) +
-                                    " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) + " texels");
-    }
-    return texture;
-}
-
 /// How GL is told of texels.
 struct TexelFormat {
     GLenum internal, format, type;
@@ -45,7 +31,7 @@ template <class Texel, class Source>
 void uploadTexture(const GlFunctions& gl, const BrickLayout& bricks, const TexelFormat& format, const Source& source,
                    GLuint& texture) {
     const Int3& size = bricks.textureSize();
-    texture = makeTexture(gl, format.internal, size, "a volume");
+    texture = makeTexture3d(gl, format.internal, size, "a volume");
     std::vector<Texel> slab(bricks.slabTexels());
     for (int z = 0; z < size[2]; z += bricks.slabDepth()) {
         const int count = std::min(bricks.slabDepth(), size[2] - z);
@@ -58,7 +44,7 @@ void uploadTexture(const GlFunctions& gl, const BrickLayout& bricks, const Texel
 void uploadPages(const GlFunctions& gl, const VolumeLayout& layout, GLuint& texture) {
     const Int3& size = layout.pageCount();
     const std::vector<std::uint32_t> entries = layout.bricks().pageEntries();
-    texture = makeTexture(gl, GL_R32UI, size, "the page table");
+    texture = makeTexture3d(gl, GL_R32UI, size, "the page table");
     gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, size[0], size[1], size[2], GL_RED_INTEGER, GL_UNSIGNED_INT,
                      entries.data());
     requireMemory(gl, "the page table");
@@ -121,6 +107,19 @@ GpuLimits limitsOf(const GlFunctions& gl, const UploadOptions& options) {
 }
 
 }  // namespace
+
+GLuint makeTexture3d(const GlFunctions& gl, GLenum format, const Int3& size, const char* of) {
+    GLuint texture = 0;
+    gl.GenTextures(1, &texture);
+    gl.BindTexture(GL_TEXTURE_3D, texture);
+    gl.TexStorage3D(GL_TEXTURE_3D, 1, format, size[0], size[1], size[2]);
+    if (gl.firstError() != GL_NO_ERROR) {
+        gl.DeleteTextures(1, &texture);
+        fail(ErrorCode::Memory, std::string("the GPU has no memory left for ") + of + " of " + std::to_string(size[0]) +
+                                    " x " + std::to_string(size[1]) + " x " + std::to_string(size[2]) + " texels");
+    }
+    return texture;
+}
 
 void GpuVolume::Impl::destroy() {
     const GlFunctions& gl = context.gl();

@@ -30,4 +30,9 @@ struct GpuVolume::Impl {
     Filter filter = Filter::Hardware;
 };
 
+/// A 3D texture without content.
+/// @param of  for the message: what the GPU has no memory left for
+/// @throws Failure{Memory}
+GLuint makeTexture3d(const GlFunctions& gl, GLenum format, const Int3& size, const char* of);
+
 }  // namespace photic::runtime

@@ -148,19 +148,6 @@ void LiveBake::Impl::setKernel(const WaterLight& light, float level) {
 
 namespace {
 
-GLuint makeTexture3d(const GlFunctions& gl, GLenum format, const Int3& size) {
-    gl.clearErrors();
-    GLuint texture = 0;
-    gl.GenTextures(1, &texture);
-    gl.BindTexture(GL_TEXTURE_3D, texture);
-    gl.TexStorage3D(GL_TEXTURE_3D, 1, format, size[0], size[1], size[2]);
-    if (gl.firstError() != GL_NO_ERROR) {
-        gl.DeleteTextures(1, &texture);
-        fail(ErrorCode::Memory, "the GPU has no memory left for a live bake");
-    }
-    return texture;
-}
-
 GLuint makeSampler3d(const GlFunctions& gl, GLenum filter, bool repeats) {
     GLuint sampler = 0;
     gl.GenSamplers(1, &sampler);
@@ -176,6 +163,7 @@ GLuint makeSampler3d(const GlFunctions& gl, GLenum filter, bool repeats) {
 
 /// The volume that is baked into: dense, a dark voxel around the box where the light does not repeat.
 void LiveBake::Impl::makeVolume() {
+    gl().clearErrors();  // what the game left behind is no fault of the textures
     auto impl = std::make_unique<GpuVolume::Impl>(context);
     VolumeParameters& p = impl->parameters;
     Int3 size, pages;
@@ -200,11 +188,11 @@ void LiveBake::Impl::makeVolume() {
     p.scale = 1, p.layout = 2, p.directed = 1;
     p.repeats = periodic ? 1 : 0;
     p.coloured = coloured ? 1 : 0;
-    impl->light = makeTexture3d(gl(), GL_RGBA16F, size);
-    if (coloured) impl->rgb = makeTexture3d(gl(), GL_RGBA16F, size);
+    impl->light = makeTexture3d(gl(), GL_RGBA16F, size, "a live bake");
+    if (coloured) impl->rgb = makeTexture3d(gl(), GL_RGBA16F, size, "a live bake");
     // No page is known to be dark.
     const std::vector<std::uint32_t> lit(BrickLayout::texelsOf(pages), 1);
-    impl->pages = makeTexture3d(gl(), GL_R32UI, pages);
+    impl->pages = makeTexture3d(gl(), GL_R32UI, pages, "the page table of a live bake");
     gl().TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, 0, pages[0], pages[1], pages[2], GL_RED_INTEGER, GL_UNSIGNED_INT,
                        lit.data());
     impl->sampler = makeSampler3d(gl(), GL_LINEAR, periodic);
