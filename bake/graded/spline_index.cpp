@@ -71,6 +71,7 @@ SplineIndex::SplineIndex(const Nodes& nodes, const std::function<double(const gl
 void SplineIndex::sample(const std::function<double(const glm::dvec3&)>& half_square) {
     const glm::ivec3 count = nodes_.count;
     std::vector<double> least(static_cast<std::size_t>(count.z)), largest(least), step(least);
+    std::vector<std::string> wrong(least.size());  // of each layer: the lowest is told, whichever thread is first
     parallelFor(count.z, [&](std::int64_t layer) {
         const int z = static_cast<int>(layer);
         double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -78,16 +79,19 @@ void SplineIndex::sample(const std::function<double(const glm::dvec3&)>& half_sq
             for (int x = 0; x < count.x; ++x) {
                 const glm::dvec3 world = nodes_.first_world + glm::dvec3(x, y, z) * nodes_.spacing;
                 const double g = half_square(world);
-                if (!(g > 0) || !std::isfinite(g))
-                    throw Error(ErrorCode::Input,
-                                fmt::format("the square of the index is {:.4g} at ({:.4g}, {:.4g}, {:.4g}) m; it must "
-                                            "be above 0",
-                                            2 * g, world.x, world.y, world.z));
+                if (!(g > 0) || !std::isfinite(g)) {
+                    wrong[static_cast<std::size_t>(z)] = fmt::format(
+                        "the square of the index is {:.4g} at ({:.4g}, {:.4g}, {:.4g}) m; it must be above 0", 2 * g,
+                        world.x, world.y, world.z);
+                    return;
+                }
                 coefficients_[flat(x, y, z)] = static_cast<float>(g);
                 low = std::min(low, g), high = std::max(high, g);
             }
         least[static_cast<std::size_t>(z)] = low, largest[static_cast<std::size_t>(z)] = high;
     });
+    for (const std::string& why : wrong)
+        if (!why.empty()) throw Error(ErrorCode::Input, why);
     least_ = *std::min_element(least.begin(), least.end()),
     largest_ = *std::max_element(largest.begin(), largest.end());
     parallelFor(count.z, [&](std::int64_t layer) {
