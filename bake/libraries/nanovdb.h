@@ -90,11 +90,12 @@ nanovdb::GridHandle<Buffer> build(const GridPlan& plan, Fill fill) {
     return handle;
 }
 
-/// The bytes of a file of these grids.
+/// The bytes of a file of these grids, all in one segment: a file that is cut short anywhere then shows it.
 inline std::string fileBytes(const std::vector<nanovdb::GridHandle<>>& handles, nanovdb::io::Codec codec) {
 #ifdef PHOTIC_NANOVDB_TOOLS
+    // writeGrids of these versions gives each handle a segment of its own.
     std::stringstream out;
-    nanovdb::io::writeGrids(out, handles, codec);
+    nanovdb::io::writeGrid(out, nanovdb::mergeGrids(handles), codec);
     return out.str();
 #else
     // This one skips forward past the end, which only a stream that is long enough allows.
