@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/// tinygltf 2.5 to 2.9 with its implementation: include it in one source alone. Geometry only: images are neither
-/// decoded nor looked for, and files are opened by the caller's own callbacks.
+/// tinygltf 2.5 to 2.9; one source defines TINYGLTF_IMPLEMENTATION before it includes this. Geometry only: images are
+/// neither decoded nor looked for, and files are opened by the caller's own callbacks.
 #pragma once
 
 #include <nlohmann/json.hpp>
 
-#define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
 #define TINYGLTF_NO_EXTERNAL_IMAGE

@@ -58,12 +58,12 @@ public:
         } catch (const Json::exception& error) {
             damaged(visible(error.what()));
         }
-        for (const char* key : {"images", "textures", "samplers", "animations"}) root_.erase(key);
+        for (const char* key : {"images", "textures", "samplers"}) root_.erase(key);
         Json looks = root_;
         looks.erase("buffers");
         out_.looks = looks.dump();
         // Nothing of these has a shape.
-        for (const char* key : {"cameras", "extras"}) root_.erase(key);
+        for (const char* key : {"cameras", "extras", "animations"}) root_.erase(key);
         if (const auto materials = root_.find("materials"); materials != root_.end())
             for (Json& material : *materials) {
                 const auto name = material.is_object() ? material.find("name") : material.end();
@@ -200,10 +200,10 @@ private:
                 moving += target.contains("node") || target.value("path", "") == "pointer";
             }
         if (moving > 0)
-            out_.warnings.push_back(
-                fmt::format("its {} animated channels are not read: everything stays where the file puts it; export a "
-                            "file per frame and name them with ####",
-                            moving));
+            out_.motion = fmt::format(
+                "its {} animated channels are not read: everything stays where the file puts it; bake the "
+                "glTF as a scene, or let photic scene write one, for it to move",
+                moving);
     }
 
     static int hexDigit(char c) {

@@ -18,6 +18,7 @@ struct GltfContainer {
     std::string looks;                  ///< the JSON as it came, less its buffers and images: for what a scene shows
     std::vector<std::string> buffers;   ///< the bytes of each, as many as it claims
     std::vector<std::string> warnings;  ///< what of the file is left out
+    std::string motion;                 ///< what of it moves, for who takes it as it stands; or empty
 };
 
 /// Reads the shell and the buffers: of the file itself, from data URIs, and from files beside it.
@@ -27,8 +28,5 @@ struct GltfContainer {
 /// buffers, for URIs that lead elsewhere, and for JSON that is nested more than 64 deep; each by name
 GltfContainer openGltf(const std::string& bytes, const std::string& path,
                        const std::function<void(std::string_view)>& use_bytes);
-
-/// The triangles of a container that is open, as readGltf() of mesh_file.h gives them.
-RawMesh readGltf(GltfContainer container, const std::string& path);
 
 }  // namespace photic

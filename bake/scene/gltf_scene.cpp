@@ -7,18 +7,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/ext/quaternion_double.hpp>
 #include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <set>
 
 #include "bake/report/error.h"
+#include "bake/scene/gltf_animation.h"
 #include "bake/scene/gltf_container.h"
+#include "bake/scene/gltf_json.h"
+#include "bake/scene/gltf_model.h"
 #include "bake/scene/mesh_file.h"
 #include "bake/scene/mesh_shape.h"
 #include "bake/scene/plain_text.h"
@@ -26,7 +26,7 @@
 namespace photic {
 namespace {
 
-using Json = nlohmann::json;
+using namespace gltf;
 
 constexpr double kLumensAWatt = 683;  // glTF's exporters, Blender's among them, mean by a lumen 1/683 W
 constexpr double kSmooth = 0.2;       // rougher glass and metal make no caustic worth baking
@@ -34,49 +34,8 @@ constexpr double kMajority = 0.5;     // of transmission, or of metal, decides
 constexpr double kReach = 2;          // sizes of what bends light that its light is followed over
 constexpr double kDegree = std::numbers::pi / 180;
 
-glm::dvec3 zUp(const glm::dvec3& v) { return {v.x, -v.z, v.y}; }
-
-std::string number(double v) { return fmt::format("{:.9g}", v); }
-std::string vectorText(const glm::dvec3& v) {
-    return fmt::format("[{}, {}, {}]", number(v.x), number(v.y), number(v.z));
-}
 /// A number where all channels are equal.
 std::string colourText(const glm::dvec3& v) { return v.x == v.y && v.y == v.z ? number(v.x) : vectorText(v); }
-std::string quoted(const std::string& text) {
-    return Json(text).dump(-1, ' ', true, Json::error_handler_t::replace);  // JSON's escapes are TOML's
-}
-
-const Json& memberOf(const Json& object, const char* key) {
-    static const Json kNone;
-    if (!object.is_object()) return kNone;
-    const auto found = object.find(key);
-    return found == object.end() ? kNone : *found;
-}
-double numberOf(const Json& object, const char* key, double otherwise) {
-    const Json& value = memberOf(object, key);
-    return value.is_number() ? value.get<double>() : otherwise;
-}
-glm::dvec3 vectorOf(const Json& value, const glm::dvec3& otherwise) {
-    if (!value.is_array() || value.size() < 3) return otherwise;
-    return {value[0].get<double>(), value[1].get<double>(), value[2].get<double>()};
-}
-std::string textOf(const Json& object, const char* key) {
-    const Json& value = memberOf(object, key);
-    return value.is_string() ? value.get<std::string>() : std::string();
-}
-const Json& extension(const Json& object, const char* name) { return memberOf(memberOf(object, "extensions"), name); }
-
-/// What `extras` say to this program: a table `photic`, and keys that begin with `photic_`.
-Json ownExtras(const Json& object) {
-    Json out = Json::object();
-    const Json& extras = memberOf(object, "extras");
-    if (!extras.is_object()) return out;
-    if (const Json& table = memberOf(extras, "photic"); table.is_object()) out = table;
-    constexpr std::string_view kPrefix = "photic_";
-    for (const auto& [key, value] : extras.items())
-        if (key.substr(0, kPrefix.size()) == kPrefix) out[key.substr(kPrefix.size())] = value;
-    return out;
-}
 
 /// What a part is to the bake.
 enum class Part { Refractor, Mirror, Receiver, Movable, Blocker, Ignored };
@@ -95,7 +54,7 @@ struct Look {
 struct Piece {
     std::size_t node = 0;
     int material = -1;
-    std::string name, node_key, material_key;
+    std::string name, node_key, material_key, keyframes;
     Look look;
     bool closed = false;
     glm::dvec3 low{0}, high{0};
@@ -107,23 +66,23 @@ struct Piece {
 
 class SceneWriter {
 public:
-    SceneWriter(const RawMesh& mesh, const Json& root, const std::string& path, const std::string& name)
-        : mesh_(mesh), root_(root), path_(path), name_(name) {}
+    SceneWriter(const RawMesh& mesh, const Json& root, const GltfModel& model, const std::string& name)
+        : mesh_(mesh),
+          root_(root),
+          path_(model.path()),
+          name_(name),
+          scene_(shownScene(root)),
+          frame_rate_(frameRate(scene_, path_)),
+          animation_(root, model, frame_rate_) {}
 
     GltfScene write() {
-        const Json& scenes = memberOf(root_, "scenes");
-        const Json scene = scenes.is_array() && !scenes.empty()
-                               ? scenes.at(static_cast<std::size_t>(numberOf(root_, "scene", 0)))
-                               : Json::object();
+        walk();
         collectPieces();
-        walk(scene);
-        if (std::none_of(pieces_.begin(), pieces_.end(), bends))
-            throw Error(ErrorCode::Input,
-                        fmt::format("'{}' holds nothing that bends or mirrors light: give a material transmission "
-                                    "(KHR_materials_transmission), or metal a roughness below {}",
-                                    path_, kSmooth));
-        out_ = "photic = 1\n";
-        const Json own = ownExtras(scene);
+        for (const std::size_t node : nodes_) addLightAndCamera(node);
+        if (std::none_of(pieces_.begin(), pieces_.end(), bends)) failPlain();
+        out_ = fmt::format("photic = 1\nframe_rate = {}\n", number(frame_rate_));
+        Json own = ownExtras(scene_);
+        own.erase("frame_rate");
         writeDomain(own);
         if (lights_.empty()) {
             lights_ = "\n[[light]]\nname = \"assumed sun\"\ntype = \"sun\"\ndirection = [0.35, 0.2, -0.9]\n";
@@ -135,10 +94,38 @@ public:
         writePieces();
         out_ += cameras_;
         writeBake(own);
+        for (std::string& note : animation_.notes()) notes_.push_back(std::move(note));
         return {std::move(out_), std::move(notes_)};
     }
 
 private:
+    [[noreturn]] void failPlain() const {
+        throw Error(ErrorCode::Input,
+                    fmt::format("'{}' holds nothing that bends or mirrors light: give a material transmission "
+                                "(KHR_materials_transmission), or metal a roughness below {}{}",
+                                path_, kSmooth,
+                                rough_.empty() ? "" : fmt::format("; '{}' would do, but for its roughness", rough_)));
+    }
+
+    static Json shownScene(const Json& root) {
+        const Json& scenes = memberOf(root, "scenes");
+        return scenes.is_array() && !scenes.empty() ? scenes.at(static_cast<std::size_t>(numberOf(root, "scene", 0)))
+                                                    : Json::object();
+    }
+
+    static double frameRate(const Json& scene, const std::string& path) {
+        constexpr double kBlenders = 24;
+        const Json own = ownExtras(scene);
+        const Json& given = memberOf(own, "frame_rate");
+        if (given.is_null()) return kBlenders;
+        if (!given.is_number() || !(given.get<double>() >= 1e-3 && given.get<double>() <= 1e6))
+            throw Error(ErrorCode::Input,
+                        fmt::format("'{}': extras of its scene: 'photic.frame_rate' is {}; it must be "
+                                    "frames a second, 0.001 to 1,000,000",
+                                    path, excerpt(given.dump())));
+        return given.get<double>();
+    }
+
     static bool bends(const Piece& piece) {
         return piece.look.part == Part::Refractor || piece.look.part == Part::Mirror;
     }
@@ -163,12 +150,12 @@ private:
         const Json& pbr = memberOf(look, "pbrMetallicRoughness");
         Look out;
         out.colour = glm::clamp(vectorOf(memberOf(pbr, "baseColorFactor"), glm::dvec3(1)), 0.0, 1.0);
-        const double transmission = numberOf(extension(look, "KHR_materials_transmission"), "transmissionFactor", 0);
+        const double transmission = numberOf(extensionOf(look, "KHR_materials_transmission"), "transmissionFactor", 0);
         const double metal = material < 0 ? 0 : numberOf(pbr, "metallicFactor", 1);
         const double roughness = numberOf(pbr, "roughnessFactor", 1);
-        out.ior = numberOf(extension(look, "KHR_materials_ior"), "ior", 1.5);
-        out.dispersion = numberOf(extension(look, "KHR_materials_dispersion"), "dispersion", 0);
-        const Json& volume = extension(look, "KHR_materials_volume");
+        out.ior = numberOf(extensionOf(look, "KHR_materials_ior"), "ior", 1.5);
+        out.dispersion = numberOf(extensionOf(look, "KHR_materials_dispersion"), "dispersion", 0);
+        const Json& volume = extensionOf(look, "KHR_materials_volume");
         const double distance = numberOf(volume, "attenuationDistance", 0);
         if (distance > 0)
             out.absorption =
@@ -176,6 +163,7 @@ private:
                 distance;
         const bool transmits = transmission >= kMajority, mirrors = !transmits && metal >= kMajority;
         if ((transmits || mirrors) && roughness > kSmooth) {
+            if (rough_.empty()) rough_ = name;
             if (transmits)
                 notes_.push_back(
                     fmt::format("'{}' lets light through, but with roughness {:.2g} it makes no caustics: "
@@ -268,55 +256,55 @@ private:
         piece.low = piece.high = mesh.positions.front();
         for (const glm::dvec3& p : mesh.positions)
             piece.low = glm::min(piece.low, p), piece.high = glm::max(piece.high, p);
+        const glm::dvec3 rest[2] = {piece.low, piece.high};
+        bool first = true;
+        piece.keyframes = animation_.placementKeyframes(piece.node, piece.name, [&](const glm::dmat4& world_from_rest) {
+            for (int corner = 0; corner < 8; ++corner) {
+                const glm::dvec3 p(world_from_rest *
+                                   glm::dvec4(rest[corner & 1].x, rest[corner >> 1 & 1].y, rest[corner >> 2].z, 1));
+                piece.low = first ? p : glm::min(piece.low, p), piece.high = first ? p : glm::max(piece.high, p);
+                first = false;
+            }
+        });
         if (bends(piece)) piece.closed = shapeOf(mesh).closed();
         return true;
     }
 
-    static glm::dmat4 transformOf(const Json& node) {
-        glm::dmat4 m(1);
-        if (const Json& matrix = memberOf(node, "matrix"); matrix.is_array() && matrix.size() == 16) {
-            for (int c = 0; c < 4; ++c)
-                for (int r = 0; r < 4; ++r) m[c][r] = matrix[static_cast<std::size_t>(4 * c + r)].get<double>();
-            return m;
-        }
-        if (const Json& q = memberOf(node, "rotation"); q.is_array() && q.size() == 4)
-            m = glm::mat4_cast(glm::normalize(
-                glm::dquat(q[3].get<double>(), q[0].get<double>(), q[1].get<double>(), q[2].get<double>())));
-        const glm::dvec3 scale = vectorOf(memberOf(node, "scale"), glm::dvec3(1));
-        for (int a = 0; a < 3; ++a) m[a] *= scale[a];
-        m[3] = glm::dvec4(vectorOf(memberOf(node, "translation"), glm::dvec3(0)), 1);
-        return m;
-    }
-
     // The reader of the triangles has found that nodes form trees.
-    void walk(const Json& scene) {
+    void walk() {
         const Json& nodes = memberOf(root_, "nodes");
-        std::vector<std::pair<std::size_t, glm::dmat4>> open;
-        if (const Json& roots = memberOf(scene, "nodes"); roots.is_array()) {
-            for (const Json& root : roots) open.emplace_back(root.get<std::size_t>(), glm::dmat4(1));
+        std::vector<std::size_t> open;
+        if (const Json& roots = memberOf(scene_, "nodes"); roots.is_array()) {
+            for (const Json& root : roots) open.push_back(root.get<std::size_t>());
         } else if (nodes.is_array()) {
             std::set<std::size_t> children;
             for (const Json& node : nodes)
                 for (const Json& child : memberOf(node, "children")) children.insert(child.get<std::size_t>());
             for (std::size_t i = 0; i < nodes.size(); ++i)
-                if (!children.contains(i)) open.emplace_back(i, glm::dmat4(1));
+                if (!children.contains(i)) open.push_back(i);
         }
         while (!open.empty()) {
-            const auto [index, parent] = open.back();
+            const std::size_t index = open.back();
             open.pop_back();
-            const Json& node = item("nodes", index);
-            const glm::dmat4 world = parent * transformOf(node);
-            const std::string name = textOf(node, "name");
-            if (const Json& light = memberOf(extension(node, "KHR_lights_punctual"), "light"); light.is_number())
-                addLight(light.get<std::size_t>(), name, world);
-            if (const Json& camera = memberOf(node, "camera"); camera.is_number())
-                addCamera(item("cameras", camera.get<std::size_t>()), name, world);
-            for (const Json& child : memberOf(node, "children")) open.emplace_back(child.get<std::size_t>(), world);
+            nodes_.push_back(index);
+            for (const Json& child : memberOf(item("nodes", index), "children")) {
+                animation_.hang(child.get<std::size_t>(), index);
+                open.push_back(child.get<std::size_t>());
+            }
         }
     }
 
-    void addLight(std::size_t index, const std::string& node_name, const glm::dmat4& world) {
-        const Json& lights = memberOf(extension(root_, "KHR_lights_punctual"), "lights");
+    void addLightAndCamera(std::size_t index) {
+        const Json& node = item("nodes", index);
+        const std::string name = textOf(node, "name");
+        if (const Json& light = memberOf(extensionOf(node, "KHR_lights_punctual"), "light"); light.is_number())
+            addLight(light.get<std::size_t>(), name, index);
+        if (const Json& camera = memberOf(node, "camera"); camera.is_number())
+            addCamera(item("cameras", camera.get<std::size_t>()), name, index);
+    }
+
+    void addLight(std::size_t index, const std::string& node_name, std::size_t node) {
+        const Json& lights = memberOf(extensionOf(root_, "KHR_lights_punctual"), "lights");
         if (!lights.is_array() || index >= lights.size())
             throw Error(ErrorCode::Input, fmt::format("'{}' refers to light {}, which it does not have", path_, index));
         const Json& light = lights[index];
@@ -328,26 +316,30 @@ private:
             return;
         }
         const Json own = ownExtras(light);
-        const glm::dvec3 direction = zUp(glm::dvec3(world * glm::dvec4(0, 0, -1, 0))),
-                         place = zUp(glm::dvec3(world[3]));
-        lights_ += fmt::format("\n[[light]]\nname = {}\n", quoted(freshLight(name)));
-        if (type == "directional") {
-            lights_ += fmt::format("type = \"sun\"\ndirection = {}\nirradiance = {}\n", vectorText(direction),
-                                   colourText(level));
+        const bool sun = type == "directional", aims = sun || type == "spot";
+        lights_ +=
+            fmt::format("\n[[light]]\nname = {}\ntype = {}\n", quoted(freshLight(name)), quoted(sun ? "sun" : type));
+        const glm::dmat4 world = animation_.worldFromNode(node);
+        if (const std::string keyframes = animation_.lightKeyframes(node, !sun, aims); !keyframes.empty()) {
+            lights_ += keyframes;
+        } else {
+            if (!sun) lights_ += fmt::format("position = {}\n", vectorText(zUp(glm::dvec3(world[3]))));
+            if (aims) lights_ += fmt::format("direction = {}\n", vectorText(zUp(-glm::dvec3(world[2]))));
+        }
+        if (sun) {
+            lights_ += fmt::format("irradiance = {}\n", colourText(level));
             if (own.contains("angular_diameter"))
                 lights_ += fmt::format("angular_diameter = {}\n", number(numberOf(own, "angular_diameter", 0.53)));
             return;
         }
-        lights_ += fmt::format("type = {}\nposition = {}\npower = {}\n", quoted(type), vectorText(place),
-                               colourText(4 * std::numbers::pi * level));
+        lights_ += fmt::format("power = {}\n", colourText(4 * std::numbers::pi * level));
         if (type != "spot") return;
         const Json& spot = memberOf(light, "spot");
         const double outer = numberOf(spot, "outerConeAngle", std::numbers::pi / 4),
                      inner = numberOf(spot, "innerConeAngle", 0);
         const double rim = std::cos(outer);
-        lights_ +=
-            fmt::format("direction = {}\nangle = {}\nblend = {}\n", vectorText(direction), number(2 * outer / kDegree),
-                        number(std::clamp((std::cos(inner) - rim) / std::max(1 - rim, 1e-12), 0.0, 1.0)));
+        lights_ += fmt::format("angle = {}\nblend = {}\n", number(2 * outer / kDegree),
+                               number(std::clamp((std::cos(inner) - rim) / std::max(1 - rim, 1e-12), 0.0, 1.0)));
     }
 
     std::string freshLight(const std::string& name) {
@@ -356,12 +348,16 @@ private:
         return out;
     }
 
-    void addCamera(const Json& camera, const std::string& name, const glm::dmat4& world) {
+    void addCamera(const Json& camera, const std::string& name, std::size_t node) {
         const Json& view = memberOf(camera, "perspective");
         if (!view.is_object()) {
             notes_.push_back(fmt::format("the camera '{}' has no perspective, and is left out", visible(name)));
             return;
         }
+        if (animation_.moves(node))
+            notes_.push_back(
+                fmt::format("the camera '{}' moves, which is not read: it looks from where it rests", visible(name)));
+        const glm::dmat4 world = animation_.worldFromNode(node);
         const glm::dvec3 place = zUp(glm::dvec3(world[3]));
         const glm::dvec3 sight = glm::normalize(zUp(glm::dvec3(world * glm::dvec4(0, 0, -1, 0))));
         const glm::dvec3 up = glm::normalize(zUp(glm::dvec3(world * glm::dvec4(0, 1, 0, 0))));
@@ -407,9 +403,10 @@ private:
     }
 
     std::string shapeText(const Piece& piece) const {
-        return fmt::format(
-            "name = {}\nfile = {}\nnode = {}\n{}", quoted(piece.name), quoted(name_), quoted(piece.node_key),
-            piece.material_key.empty() ? "" : fmt::format("material = {}\n", quoted(piece.material_key)));
+        return fmt::format("name = {}\nfile = {}\nnode = {}\n{}{}", quoted(piece.name), quoted(name_),
+                           quoted(piece.node_key),
+                           piece.material_key.empty() ? "" : fmt::format("material = {}\n", quoted(piece.material_key)),
+                           piece.keyframes);
     }
 
     void writePieces() {
@@ -464,10 +461,14 @@ private:
     const Json& root_;
     const std::string& path_;
     const std::string& name_;
+    Json scene_;
+    double frame_rate_;
+    GltfAnimation animation_;
+    std::vector<std::size_t> nodes_;  // that the scene shows
     std::vector<Piece> pieces_;
     std::set<std::string> names_, light_names_;
     std::vector<std::string> notes_;
-    std::string out_, lights_, cameras_;
+    std::string out_, lights_, cameras_, rough_;
 };
 
 }  // namespace
@@ -476,10 +477,11 @@ GltfScene sceneOfGltf(const std::string& bytes, const std::string& path, const s
                       const std::function<void(std::string_view)>& use_bytes) {
     GltfContainer container = openGltf(bytes, path, use_bytes);
     const std::string looks = std::move(container.looks);
-    const RawMesh mesh = readGltf(std::move(container), path);
+    const GltfModel model(std::move(container), path);
+    const RawMesh mesh = readGltf(model);
     try {
         const Json root = Json::parse(looks);
-        GltfScene scene = SceneWriter(mesh, root, path, name).write();
+        GltfScene scene = SceneWriter(mesh, root, model, name).write();
         scene.notes.insert(scene.notes.begin(), mesh.warnings.begin(), mesh.warnings.end());
         return scene;
     } catch (const Json::exception& error) {

@@ -166,15 +166,27 @@ double frameRateOf(const ConfigValue& root) {
         .value_or(kUsual);
 }
 
-/// Volumes of one sequence share their reference irradiance: of a lamp that moves it is that at its first keyframe.
-void keepReference(const ConfigValue& moving, Scene& scene) {
-    const auto lights = tablesOf(moving.find("light"), "light");
+/// Volumes of one sequence share their reference irradiance: lamps bring it to the middle of the first surface, and
+/// both count as at their first keyframes.
+void keepReference(const ConfigValue& moving, const LoadContext& context, Scene& scene) {
+    const auto lights = tablesOf(moving.find("light"), "light"), surfaces = tablesOf(moving.find("surface"), "surface");
+    const auto moves = [](const ConfigValue* table) { return table->find("keyframes") != nullptr; };
+    const auto first = [&](const ConfigValue& table) { return atKeyframes(table, firstKeyframe(table, scene.frame)); };
+    const bool target_moves = moves(surfaces.front());
+    std::optional<glm::dvec3> target;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         Light& light = scene.lights[i];
-        if (!light.position || !lights[i]->find("keyframes")) continue;
-        Light first = loadLight(atKeyframes(*lights[i], firstKeyframe(*lights[i], scene.frame)), i + 1);
-        aimLight(first, scene.surfaces.front().center, scene.surfaces.front().name);
-        light.irradiance = first.irradiance;
+        if (!light.position || !(moves(lights[i]) || target_moves)) continue;
+        if (!target && target_moves) {
+            Monitor quiet;  // what there is to say of the surface has been said
+            LoadContext aside{context.name, context.directory, context.frame, context.frame_rate, quiet};
+            aside.media = scene.media, aside.graded = context.graded, aside.gltf = context.gltf;
+            aside.water = context.water, aside.water_index = context.water_index;
+            target = loadSurface(first(*surfaces.front()), 1, nullptr, aside).center;
+        }
+        Light at_first = loadLight(first(*lights[i]), i + 1);
+        aimLight(at_first, target.value_or(scene.surfaces.front().center), scene.surfaces.front().name);
+        light.irradiance = at_first.irradiance;
     }
 }
 
@@ -280,7 +292,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     if (!context.graded.empty()) scene.index = std::make_shared<IndexVolume>(context.graded);
     if (!scene.surfaces.empty()) {
         for (Light& light : scene.lights) aimLight(light, scene.surfaces.front().center, scene.surfaces.front().name);
-        keepReference(moving, scene);
+        keepReference(moving, context, scene);
     }
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);
     checkTogether(scene, lights, table.find("medium"), table.find("bake"));
@@ -309,8 +321,9 @@ Scene loadGltfScene(const std::string& path, int frame, Monitor& monitor) {
 }  // namespace
 
 double loadFrameRate(const std::string& path) {
-    const ConfigValue none;
-    return frameRateOf(isGltf(path) ? none : parseConfig(readFileBytes(path), path));
+    const std::string bytes = readFileBytes(path);
+    const auto ignore = [](std::string_view) {};
+    return frameRateOf(parseConfig(isGltf(path) ? sceneOfGltf(bytes, path, path, ignore).toml : bytes, path));
 }
 
 namespace {

@@ -184,6 +184,7 @@ void setNormals(const std::vector<glm::dvec3>& given, const std::vector<std::uin
 TriangleMesh buildMesh(RawMesh raw, UpAxis up, const std::string& path, Monitor& monitor) {
     checkRaw(raw, path);
     for (const std::string& warning : raw.warnings) monitor.warn(fmt::format("'{}': {}", path, warning));
+    if (!raw.motion.empty()) monitor.warn(fmt::format("'{}': {}", path, raw.motion));
     if (up == UpAxis::Y) {
         const auto turn = [](glm::dvec3& v) { v = {v.x, -v.z, v.y}; };
         std::for_each(raw.positions.begin(), raw.positions.end(), turn);
@@ -226,6 +227,7 @@ RawMesh onlyParts(const RawMesh& mesh, const std::string& node, const std::strin
     };
     RawMesh out;
     out.warnings = mesh.warnings;
+    if (node.empty()) out.motion = mesh.motion;  // who names a node moves it by keyframes
     std::vector<std::string> names;
     for (const MeshPart& part : mesh.parts) {
         const bool of_node = is(node, part.node_name, static_cast<std::int64_t>(part.node));

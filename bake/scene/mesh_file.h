@@ -35,6 +35,7 @@ struct RawMesh {
     std::vector<MeshPart> parts;                          ///< of glTF alone; they cover all triangles
     std::string holds;                  ///< what the file has where it has no triangles: "4 vertices, but no face"
     std::vector<std::string> warnings;  ///< what of the file was left out, and what would do
+    std::string motion;                 ///< what of it moves, to be said where that is not read; or empty
 };
 
 /// Cuts a polygon of at least 3 corners into a fan of triangles from one of its corners, the first where it is convex.

@@ -13,49 +13,18 @@
 
 #include "bake/libraries/tiny_gltf.h"
 #include "bake/report/error.h"
-#include "bake/scene/gltf_container.h"
+#include "bake/scene/gltf_model.h"
 #include "bake/scene/mesh_file.h"
 #include "bake/scene/plain_text.h"
 
 namespace photic {
 namespace {
 
-constexpr std::size_t kMostElements = std::size_t{1} << 28;   // of an accessor
 constexpr std::size_t kMostTriangles = std::size_t{1} << 27;  // of a file
-
-bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
-    return true;
-}
-
-/// The buffer of the container that a name stands for, or null.
-const std::string* bufferNamed(const std::string& name, void* container) {
-    constexpr std::string_view kPrefix = "photic-buffer-";
-    const auto& buffers = static_cast<const GltfContainer*>(container)->buffers;
-    const std::size_t at = name.rfind(kPrefix);
-    std::size_t i = buffers.size();
-    if (at != name.npos) std::from_chars(name.data() + at + kPrefix.size(), name.data() + name.size(), i);
-    return i < buffers.size() ? &buffers[i] : nullptr;
-}
-
-bool bufferExists(const std::string& name, void* container) { return bufferNamed(name, container) != nullptr; }
-std::string sameName(const std::string& name, void*) { return name; }
-bool takeBuffer(std::vector<unsigned char>* out, std::string*, const std::string& name, void* container) {
-    const std::string* bytes = bufferNamed(name, container);
-    if (bytes) out->assign(bytes->begin(), bytes->end());
-    return bytes != nullptr;
-}
-bool sizeOfBuffer(std::size_t* size, std::string*, const std::string& name, void* container) {
-    const std::string* bytes = bufferNamed(name, container);
-    if (bytes) *size = bytes->size();
-    return bytes != nullptr;
-}
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class GltfReader {
 public:
-    GltfReader(const tinygltf::Model& model, const std::string& path)
-        : model_(model), path_(path), visited_(model.nodes.size(), 0) {}
+    explicit GltfReader(const GltfModel& file) : file_(file), model_(file.parts()), visited_(model_.nodes.size(), 0) {}
 
     RawMesh read() {
         if (model_.scenes.empty()) {
@@ -80,14 +49,9 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorCode::Input, fmt::format("'{}' {}", path_, what));
-    }
-
+    [[noreturn]] void fail(const std::string& what) const { file_.fail(what); }
     std::size_t checked(int index, std::size_t count, const char* what) const {
-        if (index < 0 || static_cast<std::size_t>(index) >= count)
-            fail(fmt::format("refers to {} {}, but has {}", what, index, count));
-        return static_cast<std::size_t>(index);
+        return file_.checked(index, count, what);
     }
 
     /// Parent-from-node transform.
@@ -154,7 +118,7 @@ private:
         std::vector<glm::dmat4> out;
         const auto forEach = [&](const char* name, std::size_t components, const auto& use) {
             if (!attributes.Has(name)) return;
-            const std::vector<double> values = numbers(attributes.Get(name).GetNumberAsInt(), components, name);
+            const std::vector<double> values = file_.numbers(attributes.Get(name).GetNumberAsInt(), components, name);
             const std::size_t count = values.size() / components;
             if (!out.empty() && out.size() != count)
                 fail(fmt::format("node '{}' has {} instances by one attribute and {} by {}", excerpt(node.name),
@@ -172,109 +136,8 @@ private:
         return out;
     }
 
-    /// Elements that follow one another in a buffer view.
-    struct Run {
-        int buffer_view = -1;
-        std::size_t byte_offset = 0;
-        std::size_t count = 0, components = 0;
-        int component_type = 0;
-        bool normalised = false;  ///< integers stand for fractions of their largest
-    };
-
-    template <typename T>
-    void copyRun(const Run& run, const unsigned char* at, std::size_t step, double* out) const {
-        const double unit = run.normalised && std::numeric_limits<T>::is_integer
-                                ? 1.0 / static_cast<double>(std::numeric_limits<T>::max())
-                                : 1.0;
-        for (std::size_t i = 0; i < run.count; ++i, at += step)
-            for (std::size_t c = 0; c < run.components; ++c) {
-                T value;
-                std::memcpy(&value, at + c * sizeof(T), sizeof(T));
-                *out++ = std::max(static_cast<double>(value) * unit, unit == 1 ? -kInfinity : -1.0);
-            }
-    }
-
-    /// The numbers of a run, where all of it lies within its buffer.
-    std::vector<double> readRun(const Run& run, int accessor, std::size_t stride) const {
-        const tinygltf::BufferView& view =
-            model_.bufferViews[checked(run.buffer_view, model_.bufferViews.size(), "buffer view")];
-        const std::vector<unsigned char>& data =
-            model_.buffers[checked(view.buffer, model_.buffers.size(), "buffer")].data;
-        const int component = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(run.component_type));
-        const std::size_t size = run.components * static_cast<std::size_t>(std::max(component, 0));
-        const std::size_t step = stride > 0 ? stride : size;
-        const std::size_t room =
-            data.size() < view.byteOffset ? 0 : std::min(data.size() - view.byteOffset, view.byteLength);
-        const bool fits = size > 0 && step >= size && run.byte_offset <= room && room - run.byte_offset >= size &&
-                          run.count > 0 && run.count - 1 <= (room - run.byte_offset - size) / step;
-        if (!fits)
-            fail(fmt::format("accessor {} ({} elements) reaches beyond its buffer; the file is damaged or truncated",
-                             accessor, run.count));
-        std::vector<double> out(run.count * run.components);
-        const unsigned char* at = data.data() + view.byteOffset + run.byte_offset;
-        switch (run.component_type) {
-            case TINYGLTF_COMPONENT_TYPE_BYTE:
-                copyRun<std::int8_t>(run, at, step, out.data());
-                break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-                copyRun<std::uint8_t>(run, at, step, out.data());
-                break;
-            case TINYGLTF_COMPONENT_TYPE_SHORT:
-                copyRun<std::int16_t>(run, at, step, out.data());
-                break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-                copyRun<std::uint16_t>(run, at, step, out.data());
-                break;
-            case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-                copyRun<std::uint32_t>(run, at, step, out.data());
-                break;
-            case TINYGLTF_COMPONENT_TYPE_FLOAT:
-                copyRun<float>(run, at, step, out.data());
-                break;
-            default:
-                fail(fmt::format("accessor {} holds numbers of type {}, which glTF does not know", accessor,
-                                 run.component_type));
-        }
-        return out;
-    }
-
-    /// All numbers of an accessor, with what a sparse one replaces.
-    std::vector<double> numbers(int index, std::size_t components, const char* what) const {
-        const tinygltf::Accessor& accessor = model_.accessors[checked(index, model_.accessors.size(), "accessor")];
-        if (tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type)) != static_cast<int>(components))
-            fail(fmt::format("accessor {} ({}) does not hold {} numbers an element", index, what, components));
-        if (accessor.count > kMostElements)
-            fail(fmt::format("accessor {} has {} elements; up to {} are read", index, accessor.count, kMostElements));
-        Run run{accessor.bufferView, accessor.byteOffset,    accessor.count,
-                components,          accessor.componentType, accessor.normalized};
-        std::vector<double> out;
-        if (accessor.bufferView >= 0) {
-            const tinygltf::BufferView& view =
-                model_.bufferViews[checked(accessor.bufferView, model_.bufferViews.size(), "buffer view")];
-            out = readRun(run, index, view.byteStride);
-        } else {
-            out.assign(accessor.count * components, 0.0);  // the standard's meaning
-        }
-        if (!accessor.sparse.isSparse) return out;
-        const auto& sparse = accessor.sparse;
-        const auto count = static_cast<std::size_t>(std::max(sparse.count, 0));
-        const std::vector<double> places =
-            readRun({sparse.indices.bufferView, static_cast<std::size_t>(sparse.indices.byteOffset), count, 1,
-                     sparse.indices.componentType, false},
-                    index, 0);
-        run.buffer_view = sparse.values.bufferView, run.count = count;
-        run.byte_offset = static_cast<std::size_t>(sparse.values.byteOffset);
-        const std::vector<double> values = readRun(run, index, 0);
-        for (std::size_t i = 0; i < count; ++i) {
-            if (!(places[i] >= 0 && places[i] < static_cast<double>(accessor.count)))
-                fail(fmt::format("accessor {} replaces element {} of {}", index, places[i], accessor.count));
-            std::copy_n(&values[i * components], components, &out[static_cast<std::size_t>(places[i]) * components]);
-        }
-        return out;
-    }
-
     std::vector<glm::dvec3> vectors(int index, const char* what) const {
-        const std::vector<double> flat = numbers(index, 3, what);
+        const std::vector<double> flat = file_.numbers(index, 3, what);
         std::vector<glm::dvec3> out(flat.size() / 3);
         for (std::size_t i = 0; i < out.size(); ++i) out[i] = {flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]};
         return out;
@@ -285,7 +148,7 @@ private:
         if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
             type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
             fail(fmt::format("accessor {} holds indices of type {}; 8, 16 or 32 unsigned bits are read", index, type));
-        const std::vector<double> flat = numbers(index, 1, "indices");
+        const std::vector<double> flat = file_.numbers(index, 1, "indices");
         std::vector<std::uint32_t> out(flat.size());
         std::transform(flat.begin(), flat.end(), out.begin(), [](double v) { return static_cast<std::uint32_t>(v); });
         return out;
@@ -374,8 +237,8 @@ private:
         }
     }
 
+    const GltfModel& file_;
     const tinygltf::Model& model_;
-    const std::string& path_;
     std::vector<char> visited_;
     bool has_normals_ = false;
     int thin_ = 0, hidden_ = 0;
@@ -387,33 +250,14 @@ private:
 
 RawMesh readGltf(const std::string& bytes, const std::string& path,
                  const std::function<void(std::string_view)>& use_bytes) {
-    return readGltf(openGltf(bytes, path, use_bytes), path);
+    return readGltf(GltfModel(openGltf(bytes, path, use_bytes), path));
 }
 
-RawMesh readGltf(GltfContainer container, const std::string& path) {
-    if (container.json.size() > std::numeric_limits<unsigned>::max())
-        throw Error(ErrorCode::Input,
-                    fmt::format("'{}' has {} bytes of JSON; it may have up to 4 GiB", path, container.json.size()));
-    tinygltf::TinyGLTF loader;
-    loader.SetImageLoader(ignoreImage, nullptr);
-    gltf::useFiles(loader, {bufferExists, sameName, takeBuffer, sizeOfBuffer, &container});
-    tinygltf::Model model;
-    std::string error, warning;
-    bool ok = false;
-    try {
-        ok = loader.LoadASCIIFromString(&model, &error, &warning, container.json.data(),
-                                        static_cast<unsigned>(container.json.size()), "");
-    } catch (const std::exception& failure) {
-        error = failure.what();
-    }
-    if (!ok) {
-        while (!error.empty() && error.back() == '\n') error.pop_back();
-        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or no glTF 2.0: {}", path,
-                                                  error.empty() ? "unknown reason" : error));
-    }
-    container.buffers.clear();  // the model has its own
-    RawMesh mesh = GltfReader(model, path).read();
-    mesh.warnings.insert(mesh.warnings.begin(), container.warnings.begin(), container.warnings.end());
+RawMesh readGltf(const GltfModel& model) {
+    RawMesh mesh = GltfReader(model).read();
+    const GltfContainer& shell = model.container();
+    mesh.warnings.insert(mesh.warnings.begin(), shell.warnings.begin(), shell.warnings.end());
+    mesh.motion = shell.motion;
     return mesh;
 }
 

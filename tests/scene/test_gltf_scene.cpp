@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "tests/scene/gltf_text.h"
+#include "tests/scene/gltf_room.h"
 #include "tests/scene/scene_texts.h"
 
 namespace photic {
@@ -13,46 +13,9 @@ namespace {
 
 using nlohmann::json;
 using test::GltfText;
+using test::Notes;
+using Room = test::GltfRoom;
 using test::SceneTest;
-
-/// A file with a table, a ball (here a box) and whatever lights a test adds. Y is up.
-struct Room : GltfText {
-    Room() {
-        const int positions =
-                      add<float>({-1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1, -1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1},
-                                 5126, "VEC3"),
-                  indices = add<std::uint16_t>({0, 1, 2, 0, 2, 3, 5, 4, 7, 5, 7, 6, 4, 0, 3, 4, 3, 7,
-                                                1, 5, 6, 1, 6, 2, 3, 2, 6, 3, 6, 7, 4, 5, 1, 4, 1, 0},
-                                               5123, "SCALAR");
-        root["meshes"].push_back(
-            {{"primitives", {{{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", 0}}}}});
-        root["materials"] = {{{"name", "clear"},
-                              {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0}}},
-                              {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 1}}}}}}};
-        root["nodes"].push_back(
-            {{"mesh", 1}, {"name", "block"}, {"scale", {0.25, 0.5, 0.25}}, {"translation", {0.1, 1, 0.2}}});
-        root["scenes"][0]["nodes"] = {0, 1};
-        node()["name"] = "table";
-    }
-    json& block() { return root["nodes"][1]; }
-    json& material() { return root["materials"][0]; }
-    void light(const json& what, const json& node) {
-        auto& lights = root["extensions"]["KHR_lights_punctual"]["lights"];
-        if (lights.is_null()) lights = json::array();
-        lights.push_back(what);
-        json with = node;
-        with["extensions"]["KHR_lights_punctual"]["light"] = lights.size() - 1;
-        root["nodes"].push_back(with);
-        root["scenes"][0]["nodes"].push_back(root["nodes"].size() - 1);
-    }
-};
-
-class Notes final : public Monitor {
-public:
-    void warn(const std::string& message) override { warnings += message + "\n"; }
-    void note(const std::string& message) override { notes += message + "\n"; }
-    std::string warnings, notes;
-};
 
 class GltfSceneTest : public SceneTest {
 protected:
@@ -126,7 +89,8 @@ TEST_F(GltfSceneTest, SmoothMetalIsAMirrorAndRoughGlassReceives) {
     EXPECT_EQ(scene.surfaces[0].event, SurfaceEvent::Mirror);
     EXPECT_NEAR(scene.surfaces[0].colour.y, 0.8, 1e-6);
     room.material()["pbrMetallicRoughness"]["roughnessFactor"] = 0.6;
-    refusedRoom(room, {"nothing that bends or mirrors light", "KHR_materials_transmission"});
+    refusedRoom(room, {"nothing that bends or mirrors light", "KHR_materials_transmission",
+                       "'block' would do, but for its roughness"});
 
     Room rough;
     rough.material()["pbrMetallicRoughness"]["roughnessFactor"] = 0.5;
