@@ -33,6 +33,13 @@ protected:
     std::vector<GpuSample> sample(runtime::GpuVolume& volume, const std::vector<std::array<float, 4>>& positions,
                                   const runtime::GlslOptions& options = {});
 
+    /// How far the hardware's filter weights are from what they should be: GPUs round them, many to 1/256. Measured
+    /// along one axis between a 0 and a 1.
+    double filterError();
+    /// What filtered look-ups may be off by, of the largest value: 1e-3, and what rounded weights make of values
+    /// between minus and plus the largest one along three axes.
+    double filterLimit() { return 1e-3 + 6 * filterError(); }
+
     std::unique_ptr<runtime::GpuContext> gpu_;
 };
 

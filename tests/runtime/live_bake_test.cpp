@@ -273,7 +273,9 @@ TEST_F(LiveBakes, SayWhatTheyCannot) {
     water.heights.outside = WaterOutside::Flat;
     water.set(waves);
     EXPECT_TRUE(bake->update(water.live).ok());
-    options = box(0.53F), options.voxels = {400, 400, 400};
+    // Sums of 16 bytes a voxel.
+    const int side = static_cast<int>(std::cbrt(static_cast<double>(gl_.largest_storage_block) / 16)) + 2;
+    options = box(0), options.voxels = {side, side, side};
     auto large = LiveBake::create(*gpu_, options);
     ASSERT_TRUE(large.ok()) << large.error().message;
     const Status full = large->update(water.live);
