@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// photic_bent_benchmark [--quick]: what curved eye rays cost at which error, on the GPU at hand: the paper's loop
-// beside ours, through Luneburg's lens, whose rays are known. One table, in some minutes on llvmpipe, in seconds on a
-// GPU.
+// photic_bent_benchmark [--quick] [FILE.ivol...]: what curved eye rays cost at which error, on the GPU at hand: the
+// paper's loop beside ours, through Luneburg's lens, whose rays are known; then what a picture of each file costs. In
+// some minutes on llvmpipe, in seconds on a GPU.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <exception>
+#include <filesystem>
+#include <functional>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <stdexcept>
 
 #include "bake/file/index_volume_file.h"
 #include "bake/graded/object_samples.h"
 #include "bake/scene/graded_index.h"
 #include "photic/bent_rays.h"
+#include "tests/benchmark/runtime/compute_picture.h"
 #include "tests/benchmark/table.h"
 #include "tests/runtime/scene_view.h"
 #include "tests/support/gl_context.h"
@@ -87,6 +91,50 @@ double missDegrees(const std::vector<float>& pixels, const test::Eye& eye) {
     return std::sqrt(squares / rays);
 }
 
+/// The same eye's picture by a compute shader of a game's own.
+class ComputedRays {
+public:
+    ComputedRays(const GlFunctions& gl, const test::Eye& eye, const BentRayOptions& options)
+        : eye_(eye), picture_(gl, text(options), eye.width, eye.height) {}
+    void draw(BentRayPass& pass, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
+              const Surroundings& around, const BentRayOptions& options) const {
+        picture_.draw([&](const Uniforms& u) {
+            u.texture("photic_bent_environment", 3, GL_TEXTURE_2D, around.environment);
+            const glm::mat4 place_from_clip(glm::translate(glm::dmat4(1), -eye_.position) *
+                                            glm::inverse(eye_.clipFromWorld()));
+            u.setMatrix("photic_place_from_clip", &place_from_clip[0][0]);
+            const float camera[3] = {float(eye_.position.x), float(eye_.position.y), float(eye_.position.z)};
+            require(pass.bind(camera, objects, placed, options));
+        });
+    }
+    std::vector<float> pixels() const { return picture_.pixels(); }
+
+private:
+    static std::string text(const BentRayOptions& options) {
+        BentGlslOptions glsl;
+        glsl.lookup = options.lookup;
+        return (options.integrator == BentIntegrator::Euler ? "#define PHOTIC_EULER 1\n" : "") + bentGlsl(glsl) + R"(
+layout(binding = 3) uniform highp sampler2D photic_bent_environment;
+uniform mat4 photic_place_from_clip;
+vec3 photicEnvironment(vec3 d) {
+    vec2 uv = vec2(fract(0.5 - atan(d.y, d.x) * 0.15915494309), 0.5 + asin(clamp(d.z, -1.0, 1.0)) * 0.31830988618);
+    return textureLod(photic_bent_environment, uv, 0.0).rgb;
+}
+bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance) {
+    radiance = vec3(0.0);
+    return false;
+}
+vec4 photicPixel(vec2 uv) {
+    vec4 place = photic_place_from_clip * vec4(2.0 * uv - 1.0, 0.5, 1.0);
+    bool touched;
+    return vec4(photicBentRadiance(vec3(0.0), normalize(place.xyz / place.w), vec3(1.0), 0, touched), 1.0);
+}
+)";
+    }
+    const test::Eye& eye_;
+    benchmark::ComputePicture picture_;
+};
+
 struct Row {
     const char* name;
     BentIntegrator integrator;
@@ -107,7 +155,49 @@ constexpr Row kRows[] = {{"the paper's: Euler, gradients at nodes", kEuler, kGra
                          {"", kOurs, kSpline, 1},
                          {"", kOurs, kSpline, 0.5F}};
 
-int run(int width, int height, int repeats) {
+/// Time of a picture [ms]. Short ones are drawn many times before the wait, as frames are.
+double leastMilliseconds(const GlFunctions& gl, bool software, int repeats, const std::function<void()>& draw) {
+    // The processor's time for a software renderer, whose clock others share.
+    const auto now = [&] {
+        if (software) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    };
+    const auto times = [&](int count) {
+        gl.Finish();
+        const double start = now();
+        for (int n = 0; n < count; ++n) draw();
+        gl.Finish();
+        return (now() - start) / count;
+    };
+    draw();  // compiles
+    double least = 1e300;
+    for (int i = 0; i < repeats; ++i) {
+        const double once = times(1);
+        least =
+            std::min(least, once < 20 ? times(std::min(1000, static_cast<int>(20 / std::max(once, 1e-3)) + 1)) : once);
+    }
+    return least;
+}
+
+/// An eye that has all of some objects before it.
+test::Eye before(const std::vector<runtime::IndexVolume>& objects) {
+    glm::dvec3 low(1e300), high(-1e300);
+    for (const runtime::IndexVolume& object : objects) {
+        Vec3 a, b;
+        object.box(a, b);
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3 p = object.node((corner & 1) ? a.x : b.x, (corner & 2) ? a.y : b.y, (corner & 4) ? a.z : b.z);
+            low = glm::min(low, glm::dvec3(p.x, p.y, p.z)), high = glm::max(high, glm::dvec3(p.x, p.y, p.z));
+        }
+    }
+    test::Eye eye;
+    eye.target = (low + high) / 2.0;
+    eye.position = eye.target + glm::length(high - low) * glm::normalize(glm::dvec3(1, 0.4, 0.35));
+    eye.near = 0.01 * glm::length(high - low);
+    return eye;
+}
+
+int run(int width, int height, int repeats, const std::vector<std::string>& files) {
     std::string reason;
     const auto headless = test::HeadlessGl::make(reason);
     if (!headless) {
@@ -116,13 +206,8 @@ int run(int width, int height, int repeats) {
     }
     const GpuContext context = require(GpuContext::create(headless->loader()));
     const GlFunctions& gl = context.gl();
-    // A software renderer gets few pixels, and the processor's time instead of the clock's, which others share.
     const bool software = context.renderer().find("llvmpipe") != std::string::npos;
     if (software && width > 100) width /= 8, height /= 8;
-    const auto now = [&] {
-        if (software) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
     GpuIndexVolumes lens = lensOf(context, 60);  // 128 nodes a side, as the paper's
     BentRayPass pass = require(BentRayPass::create(context));
     test::Eye eye;
@@ -138,37 +223,78 @@ int run(int width, int height, int repeats) {
     table.note = fmt::format("{} (OpenGL {}.{}), {} x {} pixels, {} nodes a side, least of {} runs{}.",
                              context.renderer(), gl.major, gl.minor, width, height, lens.info().texels[0], repeats,
                              software ? ", processor time" : "");
-    table.head = {"", "longest step [nodes]", "error [degrees rms]", "ms a picture"};
+    table.head = {"", "longest step [nodes]", "error [degrees rms]", "ms a picture", "in a compute shader"};
     for (const Row& row : kRows) {
         BentRayOptions options;
         options.integrator = row.integrator, options.lookup = row.lookup, options.step = row.step;
         options.turn = 1, options.steps = 20000;
-        double least = 1e300;
-        for (int i = -1; i < repeats; ++i) {
-            gl.Finish();
-            const double start = now();
-            const Status drawn = pass.draw(surfaces, view.target, lens, {{0}}, around, {}, options);
-            if (!drawn) throw std::runtime_error(drawn.error().message);
-            gl.Finish();
-            if (i >= 0) least = std::min(least, now() - start);  // the first one compiles
-        }
-        table.rows.push_back({row.name, fmt::format("{}", row.step),
-                              fmt::format("{:.4f}", missDegrees(view.pixels(), eye)), fmt::format("{:.1f}", least)});
+        const double least = leastMilliseconds(gl, software, repeats, [&] {
+            require(pass.draw(surfaces, view.target, lens, {{0}}, around, {}, options));
+        });
+        const double miss = missDegrees(view.pixels(), eye);
+        const ComputedRays computed(gl, eye, options);
+        const double by_compute =
+            leastMilliseconds(gl, software, repeats, [&] { computed.draw(pass, lens, {{0}}, around, options); });
+        if (!(std::fabs(missDegrees(computed.pixels(), eye) - miss) < 0.1 * miss))
+            throw std::runtime_error("a compute shader's rays leave elsewhere than the pass's");
+        table.rows.push_back({row.name, fmt::format("{}", row.step), fmt::format("{:.4f}", miss),
+                              fmt::format("{:.2f}", least), fmt::format("{:.2f}", by_compute)});
     }
     fmt::print("{}", markdown(table));
+    if (files.empty()) return 0;
+
+    benchmark::Table pictures;
+    pictures.title = "Pictures of files";
+    pictures.note =
+        fmt::format("{} x {} pixels, all of the objects in view, faces and what they reflect included.", width, height);
+    pictures.head = {"file", "objects", "MB", "look-ups", "ms a picture", "in a compute shader"};
+    for (const std::string& file : files) {
+        const std::vector<runtime::IndexVolume> objects = require(loadIndexVolumes(file));
+        GpuIndexVolumes uploaded = require(GpuIndexVolumes::upload(context, objects));
+        std::vector<PlacedObject> placed;
+        for (unsigned n = 0; n < objects.size(); ++n) placed.push_back({n});
+        test::Eye from = before(objects);
+        from.width = width, from.height = height;
+        const test::DrawnView seen(gl, from, [](const glm::dvec3&, const glm::dvec3&) { return std::nullopt; });
+        GBuffer empty = seen.surfaces;
+        empty.depth = 0;
+        for (const IndexLookup lookup : {kSpline, kGradients}) {
+            BentRayOptions options;
+            options.lookup = lookup;
+            const double least = leastMilliseconds(gl, software, repeats, [&] {
+                require(pass.draw(empty, seen.target, uploaded, placed, around, {}, options));
+            });
+            const ComputedRays computed(gl, from, options);
+            const double by_compute = leastMilliseconds(
+                gl, software, repeats, [&] { computed.draw(pass, uploaded, placed, around, options); });
+            pictures.rows.push_back({std::filesystem::path(file).stem().string(), fmt::format("{}", objects.size()),
+                                     fmt::format("{:.0f}", static_cast<double>(uploaded.info().bytes) / 1e6),
+                                     lookup == kSpline ? "spline" : "gradients at nodes", fmt::format("{:.2f}", least),
+                                     fmt::format("{:.2f}", by_compute)});
+        }
+    }
+    fmt::print("\n{}", markdown(pictures));
     return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const bool quick = argc == 2 && std::strcmp(argv[1], "--quick") == 0;
-    if (argc > 1 && !quick) {
-        std::fputs("usage: photic_bent_benchmark [--quick]\n", stderr);
-        return 2;
+    bool quick = false;
+    std::vector<std::string> files;
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--quick") {
+            quick = true;
+        } else if (word.rfind("-", 0) == 0) {
+            std::fputs("usage: photic_bent_benchmark [--quick] [FILE.ivol...]\n", stderr);
+            return 2;
+        } else {
+            files.push_back(word);
+        }
     }
     try {
-        return quick ? run(80, 60, 1) : run(800, 600, 3);
+        return quick ? run(80, 60, 1, files) : run(800, 600, 3, files);
     } catch (const std::exception& e) {
         fmt::print(stderr, "photic_bent_benchmark: {}\n", e.what());
         return 1;

@@ -24,10 +24,13 @@ struct RuntimeStage {
     const runtime::GpuContext& context;
     const RuntimeEffort& effort;
     runtime::Volume volume;
-    test::DrawnView& view;  ///< of the pool's floor and wall, from above the water
+    runtime::Volume two_levels;  ///< the same light in three quarters of the memory
+    test::DrawnView& view;       ///< of the pool's floor and wall, from above the water
+    test::DrawnView& square;     ///< the same in fewer pixels, as wide as high
 };
 
-/// Time of `work`, which issues GL commands, up to their end [ms].
+/// Time of `work`, which issues GL commands, up to their end [ms]. Short work is issued many times before the wait, as
+/// frames are, so that neither the wait nor the clock is what is measured.
 double milliseconds(const RuntimeStage& stage, const std::function<void()>& work);
 
 /// Least time of a few runs [ms].
@@ -44,6 +47,12 @@ void addWaterPasses(const RuntimeStage& stage, Table& passes);
 
 /// Baked light beside the paper's passes: turn by turn, so that what else the machine does strikes both alike.
 Table sideBySide(const RuntimeStage& stage);
+
+/// A bake each frame on the GPU, by voxels, mesh and sun: the GPU's time, and the processor's to ask for it.
+Table liveBakes(const RuntimeStage& stage);
+
+/// From a volume in memory to textures, by layout.
+Table uploads(const RuntimeStage& stage);
 
 /// Baked, mapped and looked-up light on a floor whose light is known.
 Table floorAccuracy(const RuntimeStage& stage);

@@ -67,14 +67,19 @@ void addWaterPasses(const RuntimeStage& stage, Table& passes) {
     LiveWater water = pool3(stage, side);
     ReceiverPass receivers = orThrow(ReceiverPass::create(stage.context));
     const auto row = [&](const std::string& name, const std::function<void()>& work) {
-        passes.add({name, fmt::format("{:.2f}", leastMilliseconds(stage, work))});
+        passes.add({name, fmt::format("{:.3f}", leastMilliseconds(stage, work))});
     };
     const auto& g = stage.view.surfaces;
     const auto& target = stage.view.target;
     check(water.setLookup(paperLookup()));
     const auto lookUp = [&] { check(receivers.drawLit(g, target, {LightSource::Lookup, {}, &water})); };
     row("receivers, the paper's look-up (tri-planar, with the reflected ray)", lookUp);
-    row("god rays, the paper's, 32 samples", [&] { check(water.drawGodRays(g, target)); });
+    for (const int samples : {4, 8, 16, 32}) {
+        LookupOptions options = paperLookup();
+        options.plane_samples = samples;
+        check(water.setLookup(options));
+        row(fmt::format("god rays, the paper's, {} samples", samples), [&] { check(water.drawGodRays(g, target)); });
+    }
     check(water.setLookup({}));
     row("receivers, look-up along the light, both axes", lookUp);
     CausticMapOptions map;
@@ -84,10 +89,13 @@ void addWaterPasses(const RuntimeStage& stage, Table& passes) {
     row("receivers, caustic map", [&] { check(receivers.drawLit(g, target, {LightSource::CausticMap, {}, &water})); });
     WarpedVolumesOptions volumes;
     volumes.bottom = -1.1F;
-    volumes.step = 4;
     const glm::mat4 clip(glm::inverse(glm::dmat4(glm::make_mat4(g.world_from_clip))));
-    row(fmt::format("receivers, warped volumes of {0} x {0} cells", side / volumes.step),
-        [&] { check(water.drawWarpedVolumes(g, glm::value_ptr(clip), target, volumes)); });
+    for (const auto& [view, cells] : {std::pair{&stage.view, 64}, {&stage.square, 64}, {&stage.square, 128}}) {
+        volumes.step = std::max(1, side / cells);
+        row(fmt::format("receivers, warped volumes of {0} x {0} cells, {1} x {2} pixels", side / volumes.step,
+                        view->target.width, view->target.height),
+            [&] { check(water.drawWarpedVolumes(view->surfaces, glm::value_ptr(clip), view->target, volumes)); });
+    }
 }
 
 Table sideBySide(const RuntimeStage& stage) {
@@ -113,7 +121,7 @@ Table sideBySide(const RuntimeStage& stage) {
             const double ms_a = milliseconds(stage, a), ms_b = milliseconds(stage, b);
             if (n > 0) least_a = std::min(least_a, ms_a), least_b = std::min(least_b, ms_b);
         }
-        table.add({ours, fmt::format("{:.1f}", least_a), theirs, fmt::format("{:.1f}", least_b),
+        table.add({ours, fmt::format("{:.2f}", least_a), theirs, fmt::format("{:.2f}", least_b),
                    fmt::format("{:.2f}", least_a / least_b)});
     };
     for (const Layout layout : {Layout::Dense, Layout::Atlas}) {
