@@ -18,6 +18,8 @@ namespace {
 constexpr int kWidestPad = 12;  // voxels that the sun's disc may reach
 constexpr unsigned kGroup = 64;
 constexpr unsigned kLayersAThread = 8;    // PHOTIC_LIVE_LAYERS of live_deposit.comp.glsl
+constexpr unsigned kMeshOfAGroup = 8;     // live_deposit.comp.glsl: cells of the mesh a side
+constexpr int kWidestWindow = 16;         // kWindow there
 constexpr unsigned kRowOfGroups = 32768;  // live_clear.comp.glsl; GL promises 65535 a dimension
 
 /// The two first image units, which a GlStateGuard does not know.
@@ -45,6 +47,10 @@ private:
 };
 
 unsigned groups(std::uint64_t count, unsigned size) { return static_cast<unsigned>((count + size - 1) / size); }
+
+/// Cells a side of the window that a group of threads sums in, for a group as wide as so many cells: waves bend light
+/// by a few more. Where they bend it farther, or the group is wider, what lands outside is summed in main memory.
+int windowOf(float cells) { return std::clamp(static_cast<int>(std::ceil(cells)) + 6, 8, kWidestWindow); }
 
 struct Vec3f {
     double x, y, z;
@@ -272,8 +278,12 @@ void LiveBake::Impl::dispatch(const LiveWater::Impl& water) {
         for (int c = 0; c < 3; ++c)
             sun[c] = out.reference_irradiance > 0 ? light.irradiance[c] / out.reference_irradiance : 0;
         uniforms.set3("photic_live_sun", sun);
-        g.DispatchCompute(groups(static_cast<std::uint64_t>(water.triangles()), kGroup),
-                          groups(static_cast<std::uint64_t>(options.voxels[2]), kLayersAThread), 1);
+        const float mesh[2] = {water.water.size[0] / static_cast<float>(water.columns),
+                               water.water.size[1] / static_cast<float>(water.rows)};
+        uniforms.set("photic_live_window", windowOf(kMeshOfAGroup * std::max(mesh[0] / voxel(0), mesh[1] / voxel(1))));
+        g.DispatchCompute(groups(static_cast<std::uint64_t>(water.mesh_columns - 1), kMeshOfAGroup),
+                          groups(static_cast<std::uint64_t>(water.mesh_rows - 1), kMeshOfAGroup),
+                          groups(static_cast<std::uint64_t>(options.voxels[2]), kLayersAThread));
     }
     g.MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// photic_runtime_benchmark [--quick]: the runtime's times on the GPU at hand, in one run. See README.md.
+// photic_runtime_benchmark [--quick] [SECTION]: the runtime's times on the GPU at hand, in one run. See README.md.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <stdexcept>
+#include <string>
 
 #include "bake/baker/game_budget.h"
 #include "tests/benchmark/runtime/rows.h"
@@ -26,7 +26,8 @@ runtime::Volume twoLevels(const LightVolume& pool, const runtime::Volume& whole)
     return test::asGameVolume(planned(pool, plan, nullptr, monitor), NvdbPrecision::Half);
 }
 
-int run(const RuntimeEffort& effort) {
+/// @param only  a section's name; empty: all
+int run(const RuntimeEffort& effort, const std::string& only) {
     std::string reason;
     const auto headless = test::HeadlessGl::make(reason);
     if (!headless) {
@@ -50,18 +51,22 @@ int run(const RuntimeEffort& effort) {
     const RuntimeStage stage{*context, effort, std::move(volume), std::move(two_levels), view, square};
 
     fmt::print("{} (OpenGL {}.{})\n\n", context->renderer(), context->gl().major, context->gl().minor);
-    fmt::print("{}\n", markdown(sideBySide(stage)));
-    fmt::print("{}\n", markdown(lookUps(stage)));
-    Table passes;
-    passes.title = "Passes";
-    passes.note = fmt::format("ms for {} x {} pixels, least of {} runs.", effort.width, effort.height, effort.repeats);
-    passes.head = {"pass", "ms"};
-    addVolumePasses(stage, passes);
-    addWaterPasses(stage, passes);
-    fmt::print("{}\n", markdown(passes));
-    fmt::print("{}\n", markdown(liveBakes(stage)));
-    fmt::print("{}\n", markdown(uploads(stage)));
-    fmt::print("{}", markdown(floorAccuracy(stage)));
+    const auto wanted = [&](const char* section) { return only.empty() || only == section; };
+    if (wanted("sides")) fmt::print("{}\n", markdown(sideBySide(stage)));
+    if (wanted("look-ups")) fmt::print("{}\n", markdown(lookUps(stage)));
+    if (wanted("passes")) {
+        Table passes;
+        passes.title = "Passes";
+        passes.note =
+            fmt::format("ms for {} x {} pixels, least of {} runs.", effort.width, effort.height, effort.repeats);
+        passes.head = {"pass", "ms"};
+        addVolumePasses(stage, passes);
+        addWaterPasses(stage, passes);
+        fmt::print("{}\n", markdown(passes));
+    }
+    if (wanted("live")) fmt::print("{}\n", markdown(liveBakes(stage)));
+    if (wanted("uploads")) fmt::print("{}\n", markdown(uploads(stage)));
+    if (wanted("floor")) fmt::print("{}", markdown(floorAccuracy(stage)));
     return 0;
 }
 
@@ -69,14 +74,22 @@ int run(const RuntimeEffort& effort) {
 
 int main(int argc, char** argv) {
     RuntimeEffort effort;
-    if (argc == 2 && !std::strcmp(argv[1], "--quick")) {
-        effort = {1.0 / 32, 20000, 96, 54, 1};
-    } else if (argc != 1) {
-        std::fputs("usage: photic_runtime_benchmark [--quick]\n", stderr);
-        return 2;
+    std::string only;
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--quick") {
+            effort = {1.0 / 32, 20000, 96, 54, 1};
+        } else if (word == "sides" || word == "look-ups" || word == "passes" || word == "live" || word == "uploads" ||
+                   word == "floor") {
+            only = word;
+        } else {
+            std::fputs("usage: photic_runtime_benchmark [--quick] [sides|look-ups|passes|live|uploads|floor]\n",
+                       stderr);
+            return 2;
+        }
     }
     try {
-        return run(effort);
+        return run(effort, only);
     } catch (const std::exception& e) {
         fmt::print(stderr, "photic_runtime_benchmark: {}\n", e.what());
         return 1;
