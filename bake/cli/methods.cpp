@@ -2,6 +2,7 @@
 #include "bake/methods/catalogue.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdio>
 #include <string>

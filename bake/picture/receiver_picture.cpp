@@ -2,6 +2,7 @@
 #include "bake/picture/receiver_picture.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

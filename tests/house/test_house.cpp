@@ -162,6 +162,11 @@ TEST_F(MadeUpHouse, VersionedHeaderIsFound) {
     write("tests/file/b.cpp", "#include <openvdb/openvdb.h>\n#include <openvdb/io/File.h>\n");
     write("bake/file/c.cpp", "#include <nanovdb/util/IO.h>\n#include <embree3/rtcore.h>\n");
     EXPECT_EQ(versionedHeaders(root_).size(), 7u);
+    const std::string join = std::string("std::string t = fmt::") + "join(names, \", \");\n";
+    write("bake/scene/joined.cpp", "#include <fmt/format.h>\n#include <fmt/ranges.h>\n" + join);
+    EXPECT_EQ(versionedHeaders(root_).size(), 7u);
+    write("bake/scene/joined.cpp", "#include <fmt/format.h>\n" + join);
+    EXPECT_EQ(versionedHeaders(root_).size(), 8u);
 }
 
 TEST_F(MadeUpHouse, MissingLicenceIsFound) {
