@@ -12,6 +12,7 @@ UNIFORM_COLOR_SINCE = (4, 0, 0)         # "3D_UNIFORM_COLOR" before
 EEVEE_NEXT = ((4, 2, 0), (5, 0, 0))     # from, and until before: the name of the engine that is called EEVEE in both other times
 ALWAYS_NODES_SINCE = (5, 0, 0)          # `use_nodes` is true and cannot be changed; it goes in 6.0
 AREA_WATTS_SINCE = (4, 0, 0)            # projects.blender.org, issue 108505; 3.4 and 4.3 measured
+SAMPLE_GRID_SINCE = (5, 0, 0)           # an experiment before, whose type is there and gives nothing
 RELATIVE_PATHS_SINCE = (5, 0, 0)        # properties say whether they understand "//"
 
 
@@ -131,9 +132,9 @@ def switch_nodes(item, on, version=None):
 
 # Geometry Nodes
 
-def samples_grids():
-    """Whether nodes look grids of volumes up at vertices (since 5.0)."""
-    return hasattr(bpy.types, "GeometryNodeSampleGrid")
+def samples_grids(version=None):
+    """Whether nodes look grids of volumes up at vertices."""
+    return tuple(version or bpy.app.version) >= SAMPLE_GRID_SINCE
 
 
 # Lights

@@ -284,9 +284,10 @@ class Renamed(unittest.TestCase):
 
     def test_versions(self):
         for version, late, shader in (((3, 4, 1), True, "3D_UNIFORM_COLOR"), ((4, 0, 0), True, "UNIFORM_COLOR"),
-                                      ((4, 2, 1), True, "UNIFORM_COLOR"), ((5, 0, 0), False, "UNIFORM_COLOR")):
+                                      ((4, 3, 2), True, "UNIFORM_COLOR"), ((5, 0, 0), False, "UNIFORM_COLOR")):
             self.assertEqual(compat.half_voxel_late(version), late, version)
             self.assertEqual(compat.line_shader(version), shader, version)
+            self.assertEqual(compat.samples_grids(version), version >= (5, 0, 0))
 
     def test_sockets_of_groups_since_4_0(self):
         class Interface:
