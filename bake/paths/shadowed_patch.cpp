@@ -17,10 +17,23 @@ constexpr double kNearest = 1e-6;
 constexpr double kSliver = 1e-9;
 // A patch in so many pieces lies behind lace: it is left open.
 constexpr std::size_t kMostPieces = 256;
+// Of their distance from the patch's middle: corners nearer to one another are one.
+constexpr double kSameCorner = 1e-12;
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 }  // namespace
+
+void ShadowedPatch::Piece::add(const glm::dvec2& point) {
+    if (count > 0) {
+        const glm::dvec2 off = glm::abs(point - points[count - 1]), size = glm::abs(point);
+        if (std::max(off.x, off.y) <= kSameCorner * std::max(size.x, size.y)) return;
+    }
+    if (count < kMost)
+        points[count++] = point;
+    else
+        overfull = true;
+}
 
 double ShadowedPatch::Piece::area() const {
     double area = 0;
@@ -111,7 +124,8 @@ std::optional<ShadowedPatch::Piece> ShadowedPatch::shadowOf(const std::array<glm
     }
     const double area = shadow.area();
     if (!(std::fabs(area) > kSliver * area_)) return std::nullopt;
-    if (area < 0) std::reverse(shadow.points.begin(), shadow.points.begin() + static_cast<std::ptrdiff_t>(count));
+    if (area < 0)
+        std::reverse(shadow.points.begin(), shadow.points.begin() + static_cast<std::ptrdiff_t>(shadow.count));
     shadow.findBounds();
     return shadow;
 }
@@ -133,11 +147,13 @@ void ShadowedPatch::shade(const std::array<glm::dvec3, 3>& triangle) {
         if (open_[i].count + shadow->count > Piece::kMost || open_[i].isBeside(*shadow)) continue;
         // Beyond each side of the shadow in turn lies a convex part that stays open; what is left after all is shaded.
         Piece within = open_[i], beyond[5];
+        bool overfull = false;
         for (std::size_t k = 0; k < shadow->count; ++k) {
             const glm::dvec2 &a = shadow->points[k], &b = shadow->points[k + 1 == shadow->count ? 0 : k + 1];
             beyond[k] = within.left(b, a), within = within.left(a, b);
+            overfull = overfull || beyond[k].overfull || within.overfull;
         }
-        if (!(within.area() > kSliver * area_)) continue;
+        if (overfull || !(within.area() > kSliver * area_)) continue;
         shaded_ = true;
         open_area_ -= open_[i].area();
         open_[i] = open_.back(), open_.pop_back();

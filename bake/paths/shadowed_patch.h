@@ -40,9 +40,12 @@ private:
         static constexpr std::size_t kMost = 14;
         std::array<glm::dvec2, kMost> points;
         std::size_t count = 0;
+        /// Where many shades meet in a corner, rounding makes it many: a line through them then cuts more than twice.
+        bool overfull = false;
         glm::dvec2 low{0}, high{0};
 
-        void add(const glm::dvec2& point) { points[count++] = point; }
+        /// Nothing for a point that is the last one but for rounding.
+        void add(const glm::dvec2& point);
         double area() const;
         /// The part to the left of the line from a to b.
         Piece left(const glm::dvec2& a, const glm::dvec2& b) const;

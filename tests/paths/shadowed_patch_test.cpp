@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
+#include <vector>
 
 namespace photic {
 namespace {
@@ -20,6 +21,13 @@ ShadowedPatch under(double height) { return {square(0), square(height), {0, 0, -
 void shadeByBoard(ShadowedPatch& patch, double low, double high, double z) {
     patch.shade({{{low, -1, z}, {high, -1, z}, {high, 2, z}}});
     patch.shade({{{low, -1, z}, {high, 2, z}, {low, 2, z}}});
+}
+
+/// Whether the line through a point along a direction passes a triangle: the signs of the three cross products.
+bool passes(const Triangle& t, const glm::dvec3& at, const glm::dvec3& direction) {
+    double sign[3];
+    for (std::size_t i = 0; i < 3; ++i) sign[i] = glm::dot(direction, glm::cross(t[i] - at, t[(i + 1) % 3] - at));
+    return (sign[0] > 0) == (sign[1] > 0) && (sign[1] > 0) == (sign[2] > 0);
 }
 
 TEST(ShadowedPatch, BoardsThatOverlapCountOnce) {
@@ -60,6 +68,73 @@ TEST(ShadowedPatch, ALampSeesThingsLargerThatStandNearToIt) {
     EXPECT_NEAR(other.openShare(), 0.5, 1e-6);
 }
 
+// The triangles around a ball's pole, whose corners are one but for rounding: a piece got them all, and a line through
+// them cut it more than twice, which gave it more corners than it had room for (a crash).
+TEST(ShadowedPatch, TrianglesThatMeetInOnePointAreCutOff) {
+    const glm::dvec3 lamp(12585.952785828344, 28243.352391885423, 145.30830017503817);
+    const ShadowedPatch::Corners corners = {{{-2014.2374081994528, -2657.8085254789826, 1.4087840726841683},
+                                             {-1971.1151648495311, -2618.3775219915274, 44.462899036778673},
+                                             {-1928.9458635379783, -2578.0945646590094, 1.2538479208256215},
+                                             {-1972.0681068878998, -2617.5255681464646, -41.800267043268882}}};
+    ShadowedPatch patch(corners, {lamp, lamp, lamp, lamp},
+                        glm::normalize(glm::dvec3(-0.42662268303571377, -0.90441985998276464, -0.0042193824388391714)),
+                        lamp);
+    const std::vector<glm::dvec3> p = {{-1340.5608523338458, -1292.9093087552394, 10.588865412521614},
+                                       {-1326.3505041670169, -1258.6024934848372, 7.8497391122689351},
+                                       {-1329.755555898598, -1257.2890200916111, 7.8497391122689351},
+                                       {-1354.8055171458923, -1327.2989717359408, 11.502641301323706},
+                                       {-1332.6317405890632, -1297.4010950765257, 10.588865412521614},
+                                       {-1334.125469149028, -1296.3490927316348, 10.588865412521614},
+                                       {-1342.2654314398212, -1292.2517800364883, 10.588865412521614},
+                                       {-1344.0002207106445, -1291.6786830723124, 10.588865412521614},
+                                       {-1345.7610408870123, -1291.1913985034962, 10.588865412521614},
+                                       {-1347.5436499988905, -1290.791100241247, 10.588865412521614},
+                                       {-1352.979066051365, -1290.1207056126655, 10.588865412521614},
+                                       {-1354.8055171458923, -1290.0758687549455, 10.588865412521614},
+                                       {-1356.6319682404196, -1290.1207056126655, 10.588865412521614},
+                                       {-1358.4540192542822, -1290.2551081699078, 10.588865412521614},
+                                       {-1360.2672807069946, -1290.4787526391401, 10.588865412521614},
+                                       {-1365.6108135811401, -1291.6786830723124, 10.588865412521614},
+                                       {-1367.3456028519633, -1292.2517800364883, 10.588865412521614},
+                                       {-1369.0501819579388, -1292.9093087552394, 10.588865412521614},
+                                       {-1370.7204444186968, -1293.6496851842896, 10.588865412521614},
+                                       {-1372.3523664256716, -1294.4711256919722, 10.588865412521614},
+                                       {-1373.942016535809, -1295.3716513561546, 10.588865412521614},
+                                       {-1375.4855651427565, -1296.3490927316348, 10.588865412521614},
+                                       {-1379.8030252799724, -1299.7184716929687, 10.588865412521614},
+                                       {-1381.1262256805592, -1300.9782632012739, 10.588865412521614},
+                                       {-1376.9792937027214, -1297.4010950765257, 10.588865412521614}};
+    std::vector<Triangle> triangles;
+    for (const auto& [a, b, c] : std::vector<std::array<std::size_t, 3>>{{0, 1, 2},
+                                                                         {3, 4, 5},
+                                                                         {3, 0, 6},
+                                                                         {3, 6, 7},
+                                                                         {3, 7, 8},
+                                                                         {3, 8, 9},
+                                                                         {3, 10, 11},
+                                                                         {3, 11, 12},
+                                                                         {3, 12, 13},
+                                                                         {3, 13, 14},
+                                                                         {3, 15, 16},
+                                                                         {3, 17, 18},
+                                                                         {3, 18, 19},
+                                                                         {3, 19, 20},
+                                                                         {3, 20, 21},
+                                                                         {3, 22, 23},
+                                                                         {3, 21, 24}})
+        triangles.push_back({p[a], p[b], p[c]}), patch.shade(triangles.back());
+    int open = 0;
+    constexpr int kSide = 200;
+    for (int i = 0; i < kSide * kSide; ++i) {
+        const glm::dvec3 at = corners[0] + (i % kSide + 0.5) / kSide * (corners[1] - corners[0]) +
+                              (i / kSide + 0.5) / kSide * (corners[3] - corners[0]);
+        bool lit = true;
+        for (const Triangle& t : triangles) lit = lit && !passes(t, at, at - lamp);
+        open += lit;
+    }
+    EXPECT_NEAR(patch.openShare(), open / double(kSide * kSide), 5e-4);
+}
+
 TEST(ShadowedPatch, ManyTrianglesLeaveWhatRaysFindOpen) {
     std::mt19937 random(5);
     std::uniform_real_distribution<> place(-0.2, 1.2), side(-0.35, 0.35), height(0.1, 2.8), inside(0, 1);
@@ -82,16 +157,7 @@ TEST(ShadowedPatch, ManyTrianglesLeaveWhatRaysFindOpen) {
         for (int r = 0; r < kRays; ++r) {
             const glm::dvec3 at(inside(random), inside(random), 0);
             bool lit = true;
-            for (const Triangle& t : triangles) {
-                // Seen along the light: the signs of the three cross products.
-                double sign[3];
-                for (int k = 0; k < 3; ++k) {
-                    const auto i = static_cast<std::size_t>(k), j = static_cast<std::size_t>((k + 1) % 3);
-                    sign[k] = glm::dot(direction, glm::cross(t[i] - at, t[j] - at));
-                }
-                const bool same = (sign[0] > 0) == (sign[1] > 0) && (sign[1] > 0) == (sign[2] > 0);
-                lit = lit && !same;
-            }
+            for (const Triangle& t : triangles) lit = lit && !passes(t, at, direction);
             open += lit;
         }
         EXPECT_NEAR(patch.openShare(), double(open) / kRays, 0.015) << round;
