@@ -10,15 +10,6 @@
 namespace photic::runtime {
 namespace {
 
-void requireMemory(const GlFunctions& gl, const char* of) {
-    const GLenum error = gl.firstError();
-    if (error == GL_NO_ERROR) return;
-    char code[16];
-    std::snprintf(code, sizeof(code), "0x%04x", static_cast<unsigned>(error));
-    if (error == GL_OUT_OF_MEMORY) fail(ErrorCode::Memory, std::string("the GPU has no memory left for ") + of);
-    fail(ErrorCode::Memory, std::string("GL refuses ") + of + " with error " + code);
-}
-
 /// How GL is told of texels.
 struct TexelFormat {
     GLenum internal, format, type;
@@ -50,28 +41,6 @@ void uploadPages(const GlFunctions& gl, const VolumeLayout& layout, GLuint& text
     requireMemory(gl, "the page table");
 }
 
-void uploadBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use,
-                  GLuint& buffer) {
-    gl.GenBuffers(1, &buffer);
-    gl.BindBuffer(target, buffer);
-    gl.BufferData(target, static_cast<GLsizeiptr>(size), data, use);
-    requireMemory(gl, "a buffer");
-}
-
-void makeSamplers(const GlFunctions& gl, const VolumeLayout& layout, GpuVolume::Impl& impl) {
-    gl.GenSamplers(1, &impl.sampler);
-    gl.GenSamplers(1, &impl.page_sampler);
-    constexpr GLenum kWraps[3] = {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R};
-    for (std::size_t a = 0; a < 3; ++a) {
-        gl.SamplerParameteri(impl.sampler, kWraps[a], layout.repeats(a) ? GL_REPEAT : GL_CLAMP_TO_EDGE);
-        gl.SamplerParameteri(impl.page_sampler, kWraps[a], GL_CLAMP_TO_EDGE);
-    }
-    for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) {
-        gl.SamplerParameteri(impl.sampler, name, GL_LINEAR);
-        gl.SamplerParameteri(impl.page_sampler, name, GL_NEAREST);
-    }
-}
-
 /// @throws Failure{Memory} when GL has none left
 std::unique_ptr<GpuVolume::Impl> uploadLayout(const GpuContext& context, const VolumeLayout& layout,
                                               const UploadInfo& info, Filter filter) {
@@ -80,7 +49,6 @@ std::unique_ptr<GpuVolume::Impl> uploadLayout(const GpuContext& context, const V
     impl->info = info;
     impl->filter = filter;
     impl->parameters = layout.parameters();
-    impl->reference_irradiance = impl->parameters.scale;
     const BrickLayout& bricks = layout.bricks();
     if (bricks.layout() == Layout::Buffer) {
         const std::vector<Half4> texels = layout.bufferTexels();
@@ -91,13 +59,12 @@ std::unique_ptr<GpuVolume::Impl> uploadLayout(const GpuContext& context, const V
         if (layout.coloured()) uploadTexture<Half4>(gl, bricks, kFourHalves, layout.colourSource(), impl->rgb);
     }
     uploadPages(gl, layout, impl->pages);
-    makeSamplers(gl, layout, *impl);
-    uploadBuffer(gl, GL_UNIFORM_BUFFER, &impl->parameters, sizeof(impl->parameters), GL_DYNAMIC_DRAW,
-                 impl->parameter_buffer);
+    impl->makeSmallParts({layout.repeats(0), layout.repeats(1), layout.repeats(2)});
     return impl;
 }
 
-/// GL's limits, or narrower ones that were asked for.
+}  // namespace
+
 GpuLimits limitsOf(const GlFunctions& gl, const UploadOptions& options) {
     GpuLimits limits{gl.largest_texture_3d, static_cast<std::uint64_t>(std::max<GLint64>(0, gl.largest_storage_block))};
     if (options.largest_texture_3d > 0) limits.texture_3d = std::min(limits.texture_3d, options.largest_texture_3d);
@@ -106,7 +73,44 @@ GpuLimits limitsOf(const GlFunctions& gl, const UploadOptions& options) {
     return limits;
 }
 
-}  // namespace
+std::uint64_t secondLobeBudget(const Volume& volume, const Volume& lobe, std::uint64_t budget) {
+    return static_cast<std::uint64_t>(static_cast<double>(budget) * static_cast<double>(lobe.bytes()) /
+                                      static_cast<double>(volume.bytes()));
+}
+
+void requireMemory(const GlFunctions& gl, const char* of) {
+    const GLenum error = gl.firstError();
+    if (error == GL_NO_ERROR) return;
+    char code[16];
+    std::snprintf(code, sizeof(code), "0x%04x", static_cast<unsigned>(error));
+    if (error == GL_OUT_OF_MEMORY) fail(ErrorCode::Memory, std::string("the GPU has no memory left for ") + of);
+    fail(ErrorCode::Memory, std::string("GL refuses ") + of + " with error " + code);
+}
+
+void uploadBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use,
+                  GLuint& buffer) {
+    gl.GenBuffers(1, &buffer);
+    gl.BindBuffer(target, buffer);
+    gl.BufferData(target, static_cast<GLsizeiptr>(size), data, use);
+    requireMemory(gl, "a buffer");
+}
+
+void GpuVolume::Impl::makeSmallParts(const std::array<bool, 3>& repeats) {
+    const GlFunctions& gl = context.gl();
+    gl.GenSamplers(1, &sampler);
+    gl.GenSamplers(1, &page_sampler);
+    constexpr GLenum kWraps[3] = {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R};
+    for (std::size_t a = 0; a < 3; ++a) {
+        gl.SamplerParameteri(sampler, kWraps[a], repeats[a] ? GL_REPEAT : GL_CLAMP_TO_EDGE);
+        gl.SamplerParameteri(page_sampler, kWraps[a], GL_CLAMP_TO_EDGE);
+    }
+    for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) {
+        gl.SamplerParameteri(sampler, name, GL_LINEAR);
+        gl.SamplerParameteri(page_sampler, name, GL_NEAREST);
+    }
+    reference_irradiance = parameters.scale;
+    uploadBuffer(gl, GL_UNIFORM_BUFFER, &parameters, sizeof(parameters), GL_DYNAMIC_DRAW, parameter_buffer);
+}
 
 GLuint makeTexture3d(const GlFunctions& gl, GLenum format, const Int3& size, const char* of) {
     GLuint texture = 0;
@@ -180,15 +184,12 @@ Result<GpuVolume> GpuVolume::upload(const GpuContext& context, const Volume& vol
         gl.clearErrors();
         const GlStateGuard guard(gl);
         gl.ActiveTexture(GL_TEXTURE0);
-        // Each lobe has the share of the budget that it has of the bytes.
         UploadOptions first = options;
         std::unique_ptr<GpuVolume> second;
         if (volume.hasSecondLobe()) {
             const Volume lobe = volume.secondLobe();
             UploadOptions rest = options;
-            rest.budget =
-                static_cast<std::uint64_t>(static_cast<double>(options.budget) * static_cast<double>(lobe.bytes()) /
-                                           static_cast<double>(volume.bytes()));
+            rest.budget = secondLobeBudget(volume, lobe, options.budget);
             Result<GpuVolume> uploaded = upload(context, lobe, rest);
             if (!uploaded) return uploaded.error();
             first.budget = options.budget - std::min(options.budget, uploaded->info().bytes);

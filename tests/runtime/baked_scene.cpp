@@ -82,6 +82,16 @@ runtime::Volume asGameVolume(const LightVolume& volume, NvdbPrecision precision)
     return loaded(runtime::loadVolume(file.path()));
 }
 
+runtime::Volume opposedSuns() {
+    const BakedScene baked = bake(poolText("600.0", R"([[light]]
+type = "sun"
+direction = [0.25, -0.77, -0.58]
+irradiance = 500.0
+angular_diameter = 0
+)"));
+    return asGameVolume(baked.volume, NvdbPrecision::Half);
+}
+
 runtime::Volume throughVdb(const LightVolume& volume) {
     const TemporaryFile file(".vdb");
     writeVdb(file.path(), volume, {});

@@ -25,6 +25,8 @@ BakedScene bake(const std::string& text);
 /// The bake as a game gets it: written as .nvdb and loaded.
 /// @throws std::runtime_error when it does not load
 runtime::Volume asGameVolume(const LightVolume& volume, NvdbPrecision precision);
+/// A pool under a sun and another one from the north, where some of the first one's light goes: two lobes.
+runtime::Volume opposedSuns();
 /// Written as .vdb and loaded.
 runtime::Volume throughVdb(const LightVolume& volume);
 

@@ -2,9 +2,9 @@
 // The GPU samples what the CPU samples, in every layout, and falls back as it says.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "tests/runtime/gpu_fixture.h"
+#include "tests/runtime/wrapped_gl.h"
 
 namespace photic::runtime {
 namespace {
@@ -263,46 +263,11 @@ TEST_F(GpuVolumes, BudgetCoarsensOrRefuses) {
         << refused.error().message;
 }
 
-/// GL whose 3D textures above a size find no memory.
-struct StarvedGl {
-    static inline PFNGLTEXSTORAGE3DPROC real_storage = nullptr;
-    static inline PFNGLGETERRORPROC real_error = nullptr;
-    static inline bool pending = false;
-    static inline int largest = 0;
-
-    static void storage(GLenum target, GLsizei levels, GLenum format, GLsizei w, GLsizei h, GLsizei d) {
-        if (w * h * d > largest) {
-            pending = true;
-        } else {
-            real_storage(target, levels, format, w, h, d);
-        }
-    }
-    static GLenum error() {
-        if (!pending) return real_error();
-        pending = false;
-        return GL_OUT_OF_MEMORY;
-    }
-    static void* find(void* user, const char* name) {
-        const auto* real = static_cast<const GlLoader*>(user);
-        void* address = real->get_proc_address(real->user, name);
-        if (!std::strcmp(name, "glTexStorage3D")) {
-            std::memcpy(&real_storage, &address, sizeof(address));
-            return reinterpret_cast<void*>(&storage);
-        }
-        if (!std::strcmp(name, "glGetError")) {
-            std::memcpy(&real_error, &address, sizeof(address));
-            return reinterpret_cast<void*>(&error);
-        }
-        return address;
-    }
-};
-
 TEST_F(GpuVolumes, OutOfMemoryFallsBack) {
     const Volume volume = test::makeVolume(sparseSpec(false));
-    GlLoader real = context_->loader();
-    const auto starved = GpuContext::create({StarvedGl::find, &real});
+    test::StarvedGl poor(context_->loader(), 20000);  // the page table fits, the light does not
+    const auto starved = GpuContext::create(poor.loader());
     ASSERT_TRUE(starved.ok());
-    StarvedGl::largest = 20000;  // the page table fits, the light does not
     auto gpu = GpuVolume::upload(*starved, volume);
     ASSERT_TRUE(gpu.ok()) << gpu.error().message;
     EXPECT_EQ(gpu->info().layout, Layout::Buffer);
@@ -310,7 +275,7 @@ TEST_F(GpuVolumes, OutOfMemoryFallsBack) {
     const auto positions = test::randomPositions(volume, 100000, 9);
     EXPECT_LT(difference(volume, positions, sample(*gpu, positions)), 1e-5);
 
-    StarvedGl::largest = 0;
+    test::StarvedGl::largest = 0;
     const auto none = GpuVolume::upload(*starved, volume);
     ASSERT_FALSE(none.ok());
     EXPECT_EQ(none.error().code, ErrorCode::Memory) << none.error().message;

@@ -125,19 +125,8 @@ TEST_F(Passes, LightsAddUpAndAlbedoScales) {
     }
 }
 
-/// A pool under a sun and another one from the north, where some of the first one's light goes.
-Volume opposedSuns() {
-    const test::BakedScene baked = test::bake(test::poolText("600.0", R"([[light]]
-type = "sun"
-direction = [0.25, -0.77, -0.58]
-irradiance = 500.0
-angular_diameter = 0
-)"));
-    return test::asGameVolume(baked.volume, NvdbPrecision::Half);
-}
-
 TEST_F(Passes, LightThatOpposesItselfHasTwoLobes) {
-    const Volume volume = opposedSuns();
+    const Volume volume = test::opposedSuns();
     ASSERT_TRUE(volume.hasSecondLobe());
     GpuVolume gpu = upload(volume, {});
     ASSERT_NE(gpu.secondLobe(), nullptr);

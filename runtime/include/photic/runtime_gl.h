@@ -28,6 +28,7 @@
 namespace photic::runtime {
 
 struct GlFunctions;
+class GpuUpload;
 class LiveBake;
 
 /// GL's functions and limits, shared by all that is made with it. Copies are the same context.
@@ -75,6 +76,7 @@ public:
     const Impl& impl() const { return *impl_; }
 
 private:
+    friend class GpuUpload;
     friend class LiveBake;
     explicit GpuVolume(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
