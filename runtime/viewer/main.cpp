@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
     try {
         const auto options = photic::viewer::parseOptions(argc, argv);
         if (!options) return 0;
+        photic::viewer::watchSignals();
         options->screenshot.empty() ? photic::viewer::openWindow(*options) : photic::viewer::takeScreenshot(*options);
         return 0;
     } catch (const photic::Error& error) {

@@ -57,7 +57,7 @@ std::optional<glm::vec3> place(const std::string& text, const std::string& optio
 /// What is given as text, and what only counts where it is given.
 struct Given {
     std::vector<std::string> files;
-    std::string size, frames, eye, target, ball;
+    std::string size, frames, eye, target, ball, light_direction, light_position;
     Source left = Source::BakedA, right = Source::BakedA;
     float split = 0.5f, ambient = 0, field_of_view = 0, scattering = 0, anisotropy = 0;
     bool no_surface = false;
@@ -97,6 +97,16 @@ void bindSurroundings(CLI::App& app, Options& o, Given& g) {
     app.add_option("--tiles", o.tile_size, "Size of tiles on receivers [m]")->check(CLI::Range(0.0, 1e6));
     app.add_option("--frames-to-draw", o.frames_to_draw, "Close the window after so many (for tests)");
     app.add_flag("--no-surface", g.no_surface, "Do not show the water's surface");
+}
+
+void bindBake(CLI::App& app, Options& o, Given& g) {
+    app.add_flag("--bake", o.bake, "Bake the scene, beside what is shown, and again when its light is moved");
+    app.add_option("--bake-with", o.bake_arguments,
+                   "Options of such a bake, for instance '--voxel-size 0.02 --where receivers'");
+    app.add_flag("--watch", o.watch, "Bake again whenever the scene or a file that it names changes");
+    app.add_option("--light-direction", g.light_direction, "Move a light: where it shines, for instance 0.3,0,-1");
+    app.add_option("--light-position", g.light_position, "Move a lamp: where it stands [m]");
+    app.add_option("--light", o.light, "Name of the light that is moved (default: the brightest that can be)");
 }
 
 /// Tells scenes, volumes and objects apart by their extensions.
@@ -157,6 +167,12 @@ void take(const Given& g, Options& o) {
         o.ball = glm::vec4(v[0], v[1], v[2], v[3]);
     }
     o.surface = !g.no_surface;
+    o.light_direction = place(g.light_direction, "--light-direction");
+    o.light_position = place(g.light_position, "--light-position");
+    o.bake = o.bake || o.light_direction || o.light_position;
+    if ((o.bake || o.watch) && o.scene.empty())
+        throw Error(ErrorCode::Usage, "what is to be baked is a scene; give its file (.toml)",
+                    o.watch ? "--watch" : "--bake");
 }
 
 }  // namespace
@@ -165,11 +181,14 @@ std::optional<Options> parseOptions(int argc, const char* const* argv) {
     CLI::App app{"Shows light volumes, and water that nobody baked, as a game would.", "photic view"};
     app.footer(
         "In the window: drag turns, the wheel comes nearer, the right button drags the ball, Shift shifts the view,\n"
-        "space plays frames. Without a screen, --screenshot still works.");
+        "space plays frames; with Ctrl it moves the light, and the scene is baked again. Without a screen, "
+        "--screenshot\n"
+        "still works.");
     Options o;
     Given given;
     bindView(app, o, given);
     bindSurroundings(app, o, given);
+    bindBake(app, o, given);
     try {
         app.parse(argc, argv);
     } catch (const CLI::Success& help) {

@@ -28,6 +28,11 @@ struct Options {
     std::optional<float> ambient;
     float turn_deg = 0;  ///< of the environment
     bool surface = true;
+    bool bake = false;           ///< the scene, at first and when its light is moved
+    std::string bake_arguments;  ///< more of `photic bake`, with spaces between
+    bool watch = false;          ///< bake again when the scene's files change
+    std::string light;           ///< by name: the one that is moved; empty: the brightest that can be
+    std::optional<glm::vec3> light_direction, light_position;
     int frames_to_draw = 0;  ///< after which the window closes; 0: never
 };
 

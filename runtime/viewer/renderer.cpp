@@ -2,7 +2,6 @@
 #include "runtime/viewer/renderer.h"
 
 #include <algorithm>
-#include <array>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "photic/live_bake.h"
 #include "photic/runtime_gl.h"
 #include "runtime/viewer/gl_objects.h"
+#include "runtime/viewer/shown_volumes.h"
 #include "runtime/viewer/viewer_shaders.h"
 
 namespace photic::viewer {
@@ -85,13 +85,22 @@ public:
         if (!has_water_) return Done{};
         stage_.water.heights = stage_.heights.data();
         if (const Status set = water_->setHeights(stage_.water); !set) return set;
-        return water_->setLight(stage_.light);
+        return setLight(stage_.light);
     }
 
     Status setVolume(int index, const runtime::Volume& volume) override {
-        auto uploaded = runtime::GpuVolume::upload(context_, volume);
-        if (!uploaded) return uploaded.error();
-        volumes_[static_cast<std::size_t>(index)].emplace(std::move(uploaded).value());
+        return volumes_.set(context_, index, volume);
+    }
+    Status sendVolume(int index, const runtime::Volume& volume) override {
+        return volumes_.send(context_, index, volume);
+    }
+    runtime::Result<bool> bringVolume() override { return volumes_.bring(); }
+
+    Status setLight(const runtime::WaterLight& light) override {
+        stage_.light = light;
+        map_current_ = live_current_ = false;
+        // A sun that does not shine down on the water is for a bake alone.
+        has_water_ = !stage_.heights.empty() && stage_.has_sun && water_->setLight(light).ok();
         return Done{};
     }
 
@@ -123,9 +132,9 @@ public:
     bool has(Source source) const override {
         switch (source) {
             case Source::BakedA:
-                return volumes_[0].has_value();
+                return volumes_.has(0);
             case Source::BakedB:
-                return volumes_[1].has_value();
+                return volumes_.has(1);
             case Source::None:
                 return true;
             default:
@@ -328,8 +337,7 @@ private:
     runtime::GpuVolume* volumeOf(Source source) {
         if (source == Source::LiveBake) return has_water_ && live_ ? &live_->volume() : nullptr;
         if (source != Source::BakedA && source != Source::BakedB) return nullptr;
-        auto& volume = volumes_[source == Source::BakedA ? 0 : 1];
-        return volume ? &*volume : nullptr;
+        return volumes_.at(source == Source::BakedA ? 0 : 1);
     }
 
     /// Anew where the water or its light has changed.
@@ -448,7 +456,7 @@ private:
     std::optional<runtime::GpuIndexVolumes> objects_;
     GLuint environment_texture_ = 0;
     float environment_irradiance_ = 0;
-    std::array<std::optional<runtime::GpuVolume>, 2> volumes_;
+    ShownVolumes volumes_;
     Stage stage_;
     Program stage_program_, base_program_, veil_program_, surface_program_, display_program_;
     Mesh room_, solids_, sheets_, ball_;

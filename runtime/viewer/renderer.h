@@ -56,6 +56,13 @@ public:
     virtual runtime::Status setStage(const Stage& stage) = 0;
     /// Volume A (0) or B (1).
     virtual runtime::Status setVolume(int index, const runtime::Volume& volume) = 0;
+    /// Another one instead, a few megabytes at each bringVolume(), so that no frame waits for it. The old one is shown
+    /// until then. One that is on its way is forgotten.
+    virtual runtime::Status sendVolume(int index, const runtime::Volume& volume) = 0;
+    /// @return true once it is shown, or where none is on its way
+    virtual runtime::Result<bool> bringVolume() = 0;
+    /// Another sun over the stage's water, for what is not baked.
+    virtual runtime::Status setLight(const runtime::WaterLight& light) = 0;
     /// Objects that are seen through, and what is around them: at most 16.
     virtual runtime::Status setObjects(const std::vector<runtime::IndexVolume>& objects,
                                        const Environment& environment) = 0;

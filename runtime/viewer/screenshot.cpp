@@ -5,6 +5,7 @@
 #include "bake/image/atomic_file.h"
 #include "bake/image/image.h"
 #include "runtime/headless/headless_gl.h"
+#include "runtime/viewer/light_bench.h"
 #include "runtime/viewer/show.h"
 
 namespace photic::viewer {
@@ -19,6 +20,7 @@ void takeScreenshot(const Options& options) {
     if (!renderer) throwFailure("GL", renderer.error().message);
     const FilesRead files;
     Show show(options, **renderer);
+    if (options.bake) LightBench(options, show, **renderer, photicBesideThis()).finish(stopWanted);
     outputs.reads("a volume that is shown", options.volumes);
     outputs.reads("an object that is shown", options.objects);
     outputs.reads("a file of the scene", files.paths());

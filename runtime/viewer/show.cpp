@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
 #include "bake/report/monitor.h"
 #include "bake/scene/load_toml.h"
@@ -64,7 +66,18 @@ void warnOfAnotherScene(const runtime::Volume& volume, const std::string& path, 
     }
 }
 
+volatile std::sig_atomic_t signalled = 0;
+
 }  // namespace
+
+void watchSignals() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { signalled = 1; };
+    sigemptyset(&action.sa_mask);
+    for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
+bool stopWanted() { return signalled != 0; }
 
 void throwFailure(const std::string& where, const std::string& message) {
     throw Error(ErrorCode::Failed, message, where);
@@ -97,7 +110,11 @@ void Show::setFrame(int frame) {
     }
     if (!options_.scene.empty()) {
         Messages messages;
-        stage_ = stageOf(loadScene(options_.scene, frame, messages));
+        const FilesRead files;
+        const Scene scene = loadScene(options_.scene, frame, messages);
+        files_ = files.paths();
+        lights_ = scene.lights;
+        stage_ = stageOf(scene);
         for (std::size_t i = 0; first && i < volumes.size(); ++i)
             warnOfAnotherScene(volumes[i], options_.volumes[i], stage_);
     } else if (first) {
@@ -109,15 +126,39 @@ void Show::setFrame(int frame) {
     frame_ = frame;
 }
 
+void Show::setSun(const glm::vec3& direction) {
+    const glm::vec3 unit = glm::normalize(direction);
+    std::copy_n(&unit[0], 3, stage_.light.direction);
+    require(renderer_.setLight(stage_.light), "light");
+}
+
+void Show::setBaked(Rebaked baked) {
+    // What was not changed by hand follows the scene.
+    if (picture.scattering == stage_.scattering) picture.scattering = baked.stage.scattering;
+    if (picture.anisotropy == stage_.anisotropy) picture.anisotropy = baked.stage.anisotropy;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (picture.extinction[axis] == stage_.light.extinction[axis])
+            picture.extinction[axis] = baked.stage.light.extinction[axis];
+    }
+    stage_ = std::move(baked.stage);
+    lights_ = std::move(baked.lights), files_ = std::move(baked.files);
+    level_ = stage_.level;
+    require(renderer_.setStage(stage_), "stage");
+    // What stood in until there was a bake gives way to it.
+    if (options_.volumes.empty() && !options_.right) picture.right = Source::BakedA;
+    if (options_.volumes.empty() && !options_.left) picture.left = picture.right;
+}
+
 void Show::firstPicture() {
     const Options& o = options_;
     picture.camera = {o.eye.value_or(stage_.eye), o.target.value_or(stage_.target),
                       o.field_of_view_deg.value_or(stage_.field_of_view_deg)};
-    picture.right = o.right.value_or(!o.volumes.empty() ? Source::BakedA : Source::CausticMap);
+    const Source unbaked = renderer_.has(Source::CausticMap) || !o.bake ? Source::CausticMap : Source::None;
+    picture.right = o.right.value_or(!o.volumes.empty() ? Source::BakedA : unbaked);
     picture.left = o.left.value_or(o.volumes.size() > 1 ? Source::BakedB : picture.right);
     picture.split = o.split.value_or(o.left || o.volumes.size() > 1 ? 0.5f : 0);
     for (const Source source : {picture.left, picture.right}) {
-        if (!renderer_.has(source)) {
+        if (!renderer_.has(source) && !(o.bake && source == Source::BakedA)) {
             throw Error(ErrorCode::Usage, fmt::format("'{}' needs {}", kSourceNames[static_cast<int>(source)],
                                                       source == Source::BakedA || source == Source::BakedB
                                                           ? "a volume; give its file"

@@ -12,6 +12,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "runtime/viewer/imgui_headers.h"
+#include "runtime/viewer/light_bench.h"
 #include "runtime/viewer/show.h"
 
 namespace photic::viewer {
@@ -77,10 +78,38 @@ glm::vec3 inWorld(const Camera& camera, const ImVec2& pixels, float distance) {
     return metres * (pixels.x * right - pixels.y * up);
 }
 
-void followMouse(Picture& picture, const Stage& stage) {
+/// Azimuth and height above the horizon [degrees] of where a light comes from.
+glm::dvec2 anglesOf(const glm::dvec3& direction) {
+    return glm::degrees(
+        glm::dvec2(std::atan2(-direction.y, -direction.x), std::asin(std::clamp(-direction.z, -1.0, 1.0))));
+}
+
+glm::dvec3 directionOf(const glm::dvec2& degrees) {
+    const glm::dvec2 a = glm::radians(degrees);
+    return -glm::dvec3(std::cos(a.y) * std::cos(a.x), std::cos(a.y) * std::sin(a.x), std::sin(a.y));
+}
+
+/// With Ctrl the mouse moves a lamp across the view, and turns a sun.
+void dragLight(LightBench& bench, const Camera& camera, const ImVec2& pixels) {
+    if (bench.lights().empty() || (pixels.x == 0 && pixels.y == 0)) return;
+    const Light& light = bench.lights()[bench.chosen()];
+    if (light.position) {
+        const glm::dvec3 by = inWorld(camera, pixels, glm::length(camera.eye - glm::vec3(*light.position)));
+        bench.moveTo(*light.position + by, light.direction);
+    } else {
+        glm::dvec2 angles = anglesOf(light.direction);
+        angles.x -= 0.2 * static_cast<double>(pixels.x);
+        angles.y = std::clamp(angles.y - 0.2 * static_cast<double>(pixels.y), -89.0, 89.0);
+        bench.moveTo({}, directionOf(angles));
+    }
+}
+
+void followMouse(Picture& picture, const Stage& stage, LightBench* bench) {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantCaptureMouse) return;
     Camera& camera = picture.camera;
+    if (bench && io.KeyCtrl && ImGui::IsMouseDown(ImGuiMouseButton_Left))
+        return dragLight(*bench, camera, io.MouseDelta);
     if (io.MouseWheel != 0) camera.eye = camera.target + std::pow(0.9f, io.MouseWheel) * (camera.eye - camera.target);
     const bool shift = io.KeyShift || ImGui::IsMouseDown(ImGuiMouseButton_Middle);
     if (shift && (ImGui::IsMouseDown(ImGuiMouseButton_Left) || ImGui::IsMouseDown(ImGuiMouseButton_Middle))) {
@@ -107,8 +136,37 @@ bool chooseSource(const char* label, Source& source, const Renderer& renderer) {
     return changed;
 }
 
+/// The lights of the scene, and how their bake goes.
+void lightPanel(LightBench& bench) {
+    if (bench.lights().empty() || !ImGui::CollapsingHeader("Lights", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    if (bench.lights().size() > 1 && ImGui::BeginCombo("light", bench.lights()[bench.chosen()].name.c_str())) {
+        for (std::size_t n = 0; n < bench.lights().size(); ++n)
+            if (ImGui::Selectable(bench.lights()[n].name.c_str(), n == bench.chosen())) bench.choose(n);
+        ImGui::EndCombo();
+    }
+    const Light& light = bench.lights()[bench.chosen()];
+    glm::vec3 position(light.position.value_or(glm::dvec3(0)));
+    glm::vec2 angles(anglesOf(light.direction));
+    bool moved = false;
+    if (light.position)
+        moved = ImGui::DragFloat3("position", glm::value_ptr(position), 0.005f, 0, 0, "%.3f m") || moved;
+    if (light.type != LightType::Point) {
+        moved = ImGui::SliderFloat("azimuth", &angles.x, -180, 180, "%.1f deg") || moved;
+        moved = ImGui::SliderFloat("height", &angles.y, -89, 89, "%.1f deg") || moved;
+    }
+    if (moved) bench.moveTo(position, directionOf(angles));
+    if (ImGui::Button("bake")) bench.bake();
+    const std::string words = bench.words();
+    if (bench.busy() && bench.rebake().phase() != Rebake::Phase::Failed) {
+        ImGui::SameLine();
+        ImGui::ProgressBar(static_cast<float>(bench.done()));
+    }
+    if (!words.empty()) ImGui::TextWrapped("%s", words.c_str());
+}
+
 /// The panel. @return the frame that is wanted
-int panel(Picture& p, const Show& show, const Options& options, const Renderer& renderer, bool& playing) {
+int panel(Picture& p, const Show& show, const Options& options, const Renderer& renderer, LightBench* bench,
+          bool& playing) {
     int frame = show.frame();
     ImGui::SetNextWindowPos({10, 10}, ImGuiCond_Once);
     ImGui::SetNextWindowSize({330, 0}, ImGuiCond_Once);
@@ -130,6 +188,7 @@ int panel(Picture& p, const Show& show, const Options& options, const Renderer& 
         ImGui::SameLine();
         ImGui::Checkbox("play", &playing);
     }
+    if (bench) lightPanel(*bench);
     if (ImGui::CollapsingHeader("Water", ImGuiTreeNodeFlags_DefaultOpen)) {
         ImGui::SliderFloat3("scattering", glm::value_ptr(p.scattering), 0, 0.5f, "%.3f /m");
         ImGui::SliderFloat3("extinction", glm::value_ptr(p.extinction), 0, 2, "%.3f /m");
@@ -157,18 +216,22 @@ void openWindow(const Options& options) {
         {[](void*, const char* name) { return reinterpret_cast<void*>(glfwGetProcAddress(name)); }, nullptr});
     if (!renderer) throwFailure("GL", renderer.error().message);
     Show show(options, **renderer);
+    std::optional<LightBench> bench;
+    if (!options.scene.empty()) bench.emplace(options, show, **renderer, photicBesideThis());
     bool playing = false;
-    for (int drawn = 0; !glfwWindowShouldClose(window.handle()); ++drawn) {
+    for (int drawn = 0; !glfwWindowShouldClose(window.handle()) && !stopWanted(); ++drawn) {
         if (options.frames_to_draw > 0 && drawn >= options.frames_to_draw) break;
         glfwPollEvents();
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
         ImGui::NewFrame();
-        followMouse(show.picture, show.stage());
+        LightBench* const lights = bench ? &*bench : nullptr;
+        followMouse(show.picture, show.stage(), lights);
         if (ImGui::IsKeyPressed(ImGuiKey_Space, false)) playing = !playing;
-        int wanted = panel(show.picture, show, options, **renderer, playing);
+        int wanted = panel(show.picture, show, options, **renderer, lights, playing);
         if (playing) wanted = wanted >= options.last_frame ? options.first_frame : wanted + 1;
         show.setFrame(wanted);
+        if (lights) lights->update();
         ImGui::Render();
 
         int width = 0, height = 0;

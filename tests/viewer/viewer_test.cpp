@@ -9,6 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <signal.h>
+#include <unistd.h>
+
 #include <cmath>
 
 #include "tests/cli/program.h"
@@ -241,6 +244,57 @@ plane = { point = [0, 0, -0.9], normal = [0, 0, 1] }
     EXPECT_EQ(refused("lens.toml"), 3) << "no such file";
 }
 
+/// Where programs put temporary files, for a while.
+class TemporaryPlace {
+public:
+    explicit TemporaryPlace(const std::filesystem::path& path) : path_(path) {
+        std::filesystem::create_directory(path);
+        setenv("TMPDIR", path.c_str(), 1);
+    }
+    ~TemporaryPlace() { unsetenv("TMPDIR"); }
+    TemporaryPlace(const TemporaryPlace&) = delete;
+    TemporaryPlace& operator=(const TemporaryPlace&) = delete;
+    bool empty() const { return std::filesystem::is_empty(path_); }
+
+private:
+    std::filesystem::path path_;
+};
+
+TEST_F(Viewer, AMovedLightLooksLikeItsBakeByHand) {
+    PoolText pool;
+    pool.voxel_size = 2.0 / 64, pool.sun_direction = "[-0.25, 0.5, -2]";
+    place_->write("moved.toml", pool.text());
+    ASSERT_EQ(photic(*place_, {"bake", "moved.toml", "-o", "moved.vdb"}).code, 0);
+    const Picture by_hand = shot(with({"moved.toml", "moved.vdb"}, kDown));
+    if (by_hand.values.empty()) GTEST_SKIP() << "no GL without a screen here";
+    const TemporaryPlace temporary(*place_ / "temporary");
+    const Picture before = shot(with({"pool.toml", "pool.vdb"}, kDown));
+    const Picture moved = shot(with({"pool.toml", "pool.vdb", "--light-direction=-0.25,0.5,-2"}, kDown));
+    EXPECT_GT(meanDifference(before, by_hand), 0.01);
+    EXPECT_EQ(moved.values, by_hand.values);
+    EXPECT_EQ(shot(with({"pool.toml", "--bake"}, kDown)).values, before.values) << "no volume is needed for that";
+    EXPECT_TRUE(temporary.empty()) << "nothing is left behind";
+}
+
+TEST_F(Viewer, NothingIsLeftOfABakeThatIsInterrupted) {
+    const TemporaryPlace temporary(*place_ / "temporary");
+    Program viewer(*place_, {"view", "pool.toml", "--bake", "--bake-with", "--voxel-size 0.003 --threads 1",
+                             "--screenshot", "never.png"});
+    const auto baking = [&] { return std::filesystem::exists(*place_ / "temporary") && !temporary.empty(); };
+    for (int n = 0; n < 2000 && !baking(); ++n) usleep(5000);
+    if (!baking()) {
+        const Outcome none = viewer.wait();
+        ASSERT_NE(none.err.find("no EGL display"), std::string::npos) << none.err;
+        GTEST_SKIP() << "no GL without a screen here";
+    }
+    usleep(300000);
+    kill(viewer.pid(), SIGTERM);
+    const Outcome outcome = viewer.wait();
+    EXPECT_EQ(outcome.code, 130) << outcome.err;
+    EXPECT_TRUE(temporary.empty());
+    EXPECT_FALSE(place_->has("never.png"));
+}
+
 TEST_F(Viewer, MistakesAreNamed) {
     const auto expect = [&](std::vector<std::string> arguments, int code, const char* part) {
         arguments.insert(arguments.begin(), "view");
@@ -253,6 +307,9 @@ TEST_F(Viewer, MistakesAreNamed) {
     expect({"pool.toml", "--size", "7"}, 2, "--size");
     expect({"pool.toml", "--eye", "1,2"}, 2, "--eye");
     expect({"pool.toml", "--right", "magic"}, 2, "--right");
+    expect({"pool.vdb", "--bake"}, 2, "--bake");
+    expect({"pool.toml", "--light-position=0,0,3", "--screenshot", "x.png"}, 2, "no light that can be moved so");
+    expect({"pool.toml", "--light-direction=0,0,1", "--screenshot", "x.png"}, 3, "pool.toml:8:1: the light");
     expect({"missing.vdb", "--screenshot", "x.png"}, 3, "missing.vdb");
     expect({"missing.toml", "--screenshot", "x.png"}, 3, "missing.toml");
     expect({"pool.vdb", "--right", "look-up", "--screenshot", "x.png"}, 2, "scene");
