@@ -30,7 +30,10 @@ IndexVolumeObject objectOf(ObjectSamples samples, const GradedObject& object) {
             object.anisotropy,
             samples.box_low,
             samples.box_high,
-            samples.sharp_sides};
+            samples.sharp_sides,
+            object.face.albedo,
+            object.face.roughness,
+            std::move(samples.coat)};
 }
 
 void check(const ExportArguments& arguments) {

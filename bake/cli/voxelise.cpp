@@ -45,6 +45,7 @@ int run(const VoxeliseArguments& arguments, Terminal& terminal) {
     samples.voxel_size = voxel_size, samples.min = volume.min, samples.size = volume.size;
     samples.grids.push_back({"n", 1, &volume.index});
     if (!volume.absorption.empty()) samples.grids.push_back({"absorption", 3, &volume.absorption});
+    if (!volume.albedo.empty()) samples.grids.push_back({"albedo", 3, &volume.albedo});
     constexpr float kAir = 1e-6f;  // less of n is none
     samples.active = [&](std::size_t voxel) {
         return volume.inside[voxel] != 0 || std::fabs(volume.index[voxel] - 1.0f) > kAir;
@@ -57,7 +58,9 @@ int run(const VoxeliseArguments& arguments, Terminal& terminal) {
     outputs.commit();
     terminal.say(fmt::format("{}: {} of {} x {} x {} voxels of {:.6g} m{}", arguments.output, active, volume.size.x,
                              volume.size.y, volume.size.z, voxel_size,
-                             volume.absorption.empty() ? "" : ", n and absorption"));
+                             volume.albedo.empty()       ? (volume.absorption.empty() ? "" : ", n and absorption")
+                             : volume.absorption.empty() ? ", n and albedo"
+                                                         : ", n, absorption and albedo"));
     if (sigma > 0)
         terminal.say(
             fmt::format("  smoothed over {} voxels: n changes by {:.3g} at most and by {:.3g} on average where "

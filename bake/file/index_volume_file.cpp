@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 #include "bake/volume/half_floats.h"
@@ -35,6 +36,15 @@ std::uint64_t appendHalves(std::string& bytes, const std::vector<glm::vec4>& val
     return append(bytes, halves.data(), halves.size() * sizeof(std::uint16_t));
 }
 
+std::uint64_t appendCoat(std::string& bytes, const std::vector<glm::vec3>& values) {
+    std::vector<std::uint8_t> coat;
+    coat.reserve(3 * values.size());
+    for (const glm::vec3& v : values)
+        for (int c = 0; c < 3; ++c)
+            coat.push_back(static_cast<std::uint8_t>(std::lround(255 * std::clamp(v[c], 0.0f, 1.0f))));
+    return append(bytes, coat.data(), coat.size());
+}
+
 void putHeader(std::string& bytes, std::size_t at, const IndexVolumeObject& object) {
     std::memcpy(bytes.data() + at + format::kIndexNameAt, object.name.data(),
                 std::min<std::size_t>(object.name.size(), format::kIndexNameSize - 1));
@@ -57,13 +67,16 @@ void putHeader(std::string& bytes, std::size_t at, const IndexVolumeObject& obje
 }  // namespace
 
 std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
-    std::string bytes(format::kIndexFileHeader + format::kIndexObjectHeader * objects.size(), '\0');
+    const bool reflects =
+        std::any_of(objects.begin(), objects.end(), [](const IndexVolumeObject& object) { return object.reflects(); });
+    const unsigned header = reflects ? format::kIndexObjectHeader : format::kIndexFirstHeader;
+    std::string bytes(format::kIndexFileHeader + header * objects.size(), '\0');
     std::memcpy(bytes.data(), format::kIndexMagic, 8);
-    put(bytes, format::kIndexVersionAt, std::uint32_t{format::kIndexVersion});
+    put(bytes, format::kIndexVersionAt, std::uint32_t{reflects ? format::kIndexVersion : format::kIndexFirstVersion});
     put(bytes, format::kIndexObjectsAt, static_cast<std::uint32_t>(objects.size()));
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const IndexVolumeObject& object = objects[i];
-        const std::size_t at = format::kIndexFileHeader + format::kIndexObjectHeader * i;
+        const std::size_t at = format::kIndexFileHeader + header * i;
         putHeader(bytes, at, object);
         std::vector<float> all;
         for (const auto& channel : object.spline) all.insert(all.end(), channel.begin(), channel.end());
@@ -74,6 +87,15 @@ std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
         if (!object.faces.empty())
             offsets[format::kIndexFaces] = append(bytes, object.faces.data(), object.faces.size());
         for (std::size_t k = 0; k < offsets.size(); ++k) put(bytes, at + format::kIndexOffsetsAt + 8 * k, offsets[k]);
+        if (!reflects) continue;
+        for (int c = 0; c < 3; ++c)
+            put(bytes, at + format::kIndexAlbedoAt + 4 * static_cast<std::size_t>(c),
+                static_cast<float>(object.albedo[c]));
+        put(bytes, at + format::kIndexRoughnessAt, static_cast<float>(object.roughness));
+        if (!object.coat.empty()) {
+            const std::uint64_t coat = appendCoat(bytes, object.coat);
+            put(bytes, at + format::kIndexCoatAt, coat);
+        }
     }
     put(bytes, format::kIndexFileSizeAt, static_cast<std::uint64_t>(bytes.size()));
     return bytes;

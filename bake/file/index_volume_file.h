@@ -25,9 +25,13 @@ struct IndexVolumeObject {
     double anisotropy = 0;                   ///< g
     glm::vec3 box_low{0}, box_high{0};       ///< where the object is, in nodes
     bool sharp_sides = false;
+    glm::dvec3 albedo{0};         ///< of faces
+    double roughness = 0;         ///< of highlights on faces; 0: none
+    std::vector<glm::vec3> coat;  ///< albedo of each node's faces, 0 to 1; empty where it is `albedo` everywhere
+    bool reflects() const { return !coat.empty() || albedo != glm::dvec3(0) || roughness > 0; }
 };
 
-/// The file's bytes. Halves are cut to 65504.
+/// The file's bytes: of version 1, which every reader knows, where no face reflects. Halves are cut to 65504.
 std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects);
 
 }  // namespace photic

@@ -62,6 +62,7 @@ public:
         for (const auto& index : object_.index) addSpline(*index);
         layMedium();
         layFaces();
+        layCoat();
         return std::move(out_);
     }
 
@@ -236,6 +237,25 @@ private:
                         out_.faces[i] = std::max(out_.faces[i], face[flat(out_.count, {x, y, z})]);
         });
         if (std::count(out_.faces.begin(), out_.faces.end(), 255) == 0) out_.faces.clear();
+    }
+
+    void layCoat() {
+        if (!object_.face.albedo_volume || (out_.faces.empty() && !out_.sharp_sides)) return;
+        out_.coat.resize(samples_.size());
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            out_.coat[i] = glm::vec3(object_.face.albedo_volume->at(place(glm::dvec3(node))));
+        });
+        constexpr int kReach = 2;
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::vector<glm::vec3> before = out_.coat;
+            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+                for (int step = -kReach; step <= kReach; ++step) {
+                    glm::ivec3 near = node;
+                    near[axis] = std::clamp(near[axis] + step, 0, out_.count[axis] - 1);
+                    out_.coat[i] = glm::max(out_.coat[i], before[flat(out_.count, near)]);
+                }
+            });
+        }
     }
 
     const std::vector<GradedObject>& objects_;

@@ -26,6 +26,7 @@ struct ObjectSamples {
     /// Empty where the object neither absorbs nor scatters.
     std::vector<glm::vec4> attenuation;
     std::vector<glm::vec4> glow;      ///< emission per channel [W/(m3 sr)] and g; empty where nothing shines
+    std::vector<glm::vec3> coat;      ///< albedo of faces; empty where it is the same everywhere
     std::vector<std::uint8_t> faces;  ///< 255 around faces, where Fresnel's reflection belongs; empty without faces
     /// Where the object is, in nodes; beyond it there is air.
     glm::vec3 box_low{0}, box_high{0};
@@ -41,7 +42,8 @@ struct ObjectSampling {
 /// Samples one of a scene's objects; where an earlier one is, it is not.
 /// Formulas are sampled on an axis-aligned grid, a voxel that the rim goes through by its mean; samples stay what they
 /// are. A face is where the index changes by more than 0.003 within four nodes, and there by more than 70 % of what it
-/// changes within twelve; a node more on all sides belongs to it.
+/// changes within twelve; a node more on all sides belongs to it. A face has the largest albedo of a volume within two
+/// nodes: what is painted on a body is on its face, and not half of it.
 /// @throws Error{Input} for too many nodes, with what would do; Error{Cancelled}
 ObjectSamples sampleObject(const std::vector<GradedObject>& objects, std::size_t number, const ObjectSampling& sampling,
                            Monitor& monitor);

@@ -16,6 +16,15 @@ namespace photic {
 
 class GradedIndex;
 
+/// How an object's faces send light back besides Fresnel's mirror. Eye rays see it; bakes leave faces as they are.
+struct FaceReflection {
+    glm::dvec3 albedo{0};  ///< share of the light that arrives which goes back evenly to all sides (Lambert), 0..1
+    /// What is there instead of `albedo`; null where that is the same everywhere.
+    std::shared_ptr<const MediumVolume> albedo_volume{};
+    double roughness = 0;  ///< 0..1, of the highlights of baked light: alpha = roughness^2 of GGX; 0: none are drawn
+    bool reflects() const { return albedo_volume || albedo != glm::dvec3(0) || roughness > 0; }
+};
+
 /// A medium whose index varies in space: a [[medium]] with `index`. An object by itself, in air; or, where surfaces
 /// name it, what lies on their side, and then the scene's medium of the same name stands for it in Scene::media.
 struct GradedObject {
@@ -33,6 +42,7 @@ struct GradedObject {
     glm::dvec3 emission{0};
     /// What is there instead of `emission` and `anisotropy`; null where those are the same everywhere.
     std::shared_ptr<const MediumVolume> emission_volume{}, anisotropy_volume{};
+    FaceReflection face{};
     bool shines() const { return emission_volume || emission != glm::dvec3(0); }
     glm::dvec3 extinction() const { return absorption + scattering; }
     bool attenuates() const { return absorption_volume || extinction() != glm::dvec3(0); }

@@ -91,6 +91,25 @@ void loadCoefficients(const TableReader& table, Medium& medium, LoadContext& con
     }
 }
 
+/// `face = { albedo = 0.4, roughness = 0.3 }`
+FaceReflection loadFace(const ConfigValue& value, LoadContext& context) {
+    if (value.kind != ConfigValue::Kind::Table)
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("'face' is {}; give a table such as {{ albedo = 0.4, roughness = 0.3 }}", value.kindName()),
+            value.where);
+    const TableReader table(value, "'face'", {"albedo", "albedo_volume", "roughness"});
+    table.exclusive({"albedo", "albedo_volume"});
+    FaceReflection face;
+    face.albedo = table.colour("albedo", between(0, 1)).value_or(glm::dvec3(0));
+    face.albedo_volume = loadMediumVolume(table, kAlbedo, context);
+    face.roughness = table.number("roughness", between(0, 1)).value_or(0);
+    if (!face.reflects())
+        context.monitor.warn(
+            fmt::format("{}: 'face' changes nothing; give it 'albedo', 'albedo_volume' or 'roughness'", value.where));
+    return face;
+}
+
 /// A medium whose index varies.
 void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
     for (const std::string& key : kIndexKeys) table.exclusive({"index", key});
@@ -103,6 +122,7 @@ void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
     object.emission = table.colour("emission", notNegative("W/(m3 sr)")).value_or(glm::dvec3(0));
     object.emission_volume = loadMediumVolume(table, kEmission, context);
     object.anisotropy_volume = loadMediumVolume(table, kAnisotropy, context);
+    if (const ConfigValue* face = table.find("face")) object.face = loadFace(*face, context);
     if (object.anisotropy_volume && medium.scattering == glm::dvec3(0))
         context.monitor.warn(
             fmt::format("{}: 'anisotropy_volume' has no effect without scattering", table.where("anisotropy_volume")));
@@ -115,7 +135,7 @@ void addGraded(const TableReader& table, Medium medium, LoadContext& context) {
 
 void loadNamed(const ConfigValue& value, LoadContext& context) {
     std::vector<std::string> known{
-        "name", "priority", "index", "absorption_volume", "emission", "emission_volume", "anisotropy_volume"};
+        "name", "priority", "index", "absorption_volume", "emission", "emission_volume", "anisotropy_volume", "face"};
     known.insert(known.end(), kCoefficientKeys.begin(), kCoefficientKeys.end());
     known.insert(known.end(), kIndexKeys.begin(), kIndexKeys.end());
     const TableReader table(value, "[[medium]]", known, {"phase", "density"});
@@ -140,6 +160,10 @@ void loadNamed(const ConfigValue& value, LoadContext& context) {
             table.fail(key, fmt::format("'{}' is for a medium with an 'index' of its own; what lies between surfaces "
                                         "does not shine",
                                         key));
+    if (table.has("face"))
+        table.fail("face",
+                   "'face' is for a medium with an 'index' of its own, which eye rays in games see; faces between "
+                   "surfaces reflect as Fresnel's equations say");
     const auto index = loadRefractiveIndex(table);
     if (!index) table.missing("ior", "1.5, or abbe = [1.52, 64], or index = { kind = \"luneburg\", radius = 0.5 }");
     medium.ior = *index;

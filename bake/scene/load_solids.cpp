@@ -93,7 +93,7 @@ std::vector<glm::dvec2> profileOf(const TableReader& table) {
 
 Solid loadSolid(const ConfigValue& value, std::size_t number, const std::string& directory, SolidsFile& out,
                 Monitor& monitor) {
-    std::vector<std::string> known{"name", "file", "profile", "ior", "absorption"};
+    std::vector<std::string> known{"name", "file", "profile", "ior", "absorption", "albedo"};
     known.insert(known.end(), placementKeys().begin(), placementKeys().end());
     const TableReader table(value, "[[solid]]", known);
     table.exclusive({"file", "profile"});
@@ -104,6 +104,7 @@ Solid loadSolid(const ConfigValue& value, std::size_t number, const std::string&
     if (!ior) table.missing("ior", "1.5");
     solid.ior = *ior;
     solid.absorption = table.colour("absorption", notNegative("1/m")).value_or(glm::dvec3(0));
+    solid.albedo = table.colour("albedo", between(0, 1)).value_or(glm::dvec3(0));
     const Placement placement = loadPlacement(table);
     if (const auto file = table.text("file")) {
         out.files.push_back((fs::path(directory) / *file).string());

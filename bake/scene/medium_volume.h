@@ -17,6 +17,7 @@ struct MediumQuantity {
 inline constexpr MediumQuantity kAbsorption{"absorption"};                                             ///< [1/m]
 inline constexpr MediumQuantity kEmission{"emission"};                                                 ///< [W/(m3 sr)]
 inline constexpr MediumQuantity kAnisotropy{"anisotropy", -0.999, 0.999, "between -0.999 and 0.999"};  ///< g
+inline constexpr MediumQuantity kAlbedo{"albedo", 0, 1, "between 0 and 1"};                            ///< of faces
 
 /// What of a medium varies in space, from samples on an affine grid: trilinear between them, nothing around them.
 class MediumVolume {

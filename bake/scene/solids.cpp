@@ -188,6 +188,8 @@ SolidVolume voxelise(const std::vector<Solid>& solids, double voxel_size, int ma
     volume.index.assign(voxels, 1.0f), volume.inside.assign(voxels, 0);
     if (std::any_of(solids.begin(), solids.end(), [](const Solid& s) { return s.absorption != glm::dvec3(0); }))
         volume.absorption.assign(3 * voxels, 0.0f);
+    if (std::any_of(solids.begin(), solids.end(), [](const Solid& s) { return s.albedo != glm::dvec3(0); }))
+        volume.albedo.assign(3 * voxels, 0.0f);
     std::vector<float> part(voxels);
     for (std::size_t s = 0; s < solids.size(); ++s) {
         const Solid& solid = solids[s];
@@ -203,6 +205,11 @@ SolidVolume voxelise(const std::vector<Solid>& solids, double voxel_size, int ma
             for (std::size_t c = 0; c < 3 && !volume.absorption.empty(); ++c) {
                 float& absorption = volume.absorption[3 * i + c];
                 absorption += share * (static_cast<float>(solid.absorption[static_cast<int>(c)]) - absorption);
+            }
+            // Paint is not thinner where a face cuts a voxel.
+            for (std::size_t c = 0; c < 3 && !volume.albedo.empty(); ++c) {
+                const auto own = static_cast<float>(solid.albedo[static_cast<int>(c)]);
+                volume.albedo[3 * i + c] = share > 0.5f ? own : std::max(own, volume.albedo[3 * i + c]);
             }
         }
     }

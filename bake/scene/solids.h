@@ -18,6 +18,7 @@ struct Solid {
     TriangleMesh mesh;  ///< closed, in the world
     double ior = 1.5;
     glm::dvec3 absorption{0};  ///< per channel [1/m]
+    glm::dvec3 albedo{0};      ///< of its faces, for eye rays
 };
 
 /// A closed mesh from a profile that turns about the z axis.
@@ -42,6 +43,7 @@ struct SolidVolume {
     glm::ivec3 min{0}, size{0};
     std::vector<float> index;       ///< n, x fastest; 1 outside
     std::vector<float> absorption;  ///< three a voxel [1/m]; empty: nothing absorbs
+    std::vector<float> albedo;      ///< of faces, three a voxel: that of the body; empty: 0 everywhere
     std::vector<char> inside;       ///< some of a body is in the voxel
     std::size_t flat(int x, int y, int z) const {
         return (static_cast<std::size_t>(z) * static_cast<std::size_t>(size.y) + static_cast<std::size_t>(y)) *

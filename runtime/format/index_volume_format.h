@@ -7,7 +7,8 @@
 namespace photic::format {
 
 inline constexpr char kIndexMagic[] = "PhoticIV";  // the first eight bytes, without a NUL
-inline constexpr unsigned kIndexVersion = 1;
+inline constexpr unsigned kIndexVersion = 2;       // the latest
+inline constexpr unsigned kIndexFirstVersion = 1;  // without what is said of faces; its objects' headers are shorter
 
 // The file's header.
 inline constexpr unsigned kIndexFileHeader = 32;  // [bytes]
@@ -17,7 +18,8 @@ inline constexpr unsigned kIndexFileSizeAt = 16;  // u64 [bytes]
 inline constexpr unsigned kIndexMostObjects = 256;
 
 // Behind it one of these for each object; places count from the object's own header.
-inline constexpr unsigned kIndexObjectHeader = 256;    // [bytes]
+inline constexpr unsigned kIndexObjectHeader = 320;    // [bytes]
+inline constexpr unsigned kIndexFirstHeader = 256;     // in version 1
 inline constexpr unsigned kIndexNameAt = 0;            // text, ended by a NUL
 inline constexpr unsigned kIndexNameSize = 64;         // with it
 inline constexpr unsigned kIndexWorldFromNodeAt = 64;  // 12 f64: three rows of world = matrix * (node, 1) [m]
@@ -28,14 +30,18 @@ inline constexpr unsigned kIndexScatteringAt = 180;    // 3 f32 [1/m], times the
 inline constexpr unsigned kIndexAnisotropyAt = 192;    // f32: g, where there is no glow
 inline constexpr unsigned kIndexOffsetsAt = 200;       // 4 u64, from the file's start; 0: there is none
 inline constexpr unsigned kIndexBoxAt = 232;           // 6 f32: low x, y, z and high x, y, z, in nodes
+inline constexpr unsigned kIndexAlbedoAt = 256;        // 3 f32: of faces, where there is no coat; from version 2 on
+inline constexpr unsigned kIndexRoughnessAt = 268;     // f32, of highlights on faces; 0: there are none
+inline constexpr unsigned kIndexCoatAt = 272;          // u64: place of the fifth array
 inline constexpr unsigned kIndexSharpSides = 1;        // flag: the object ends at the box as at a polished face
 
-// The four arrays, by their place among the offsets; x fastest, then y, then z.
+// Four of the arrays, by their place among the offsets; x fastest, then y, then z.
 inline constexpr unsigned kIndexSpline = 0;  // f32 a node, a channel behind the other: coefficients of (n^2 - 1) / 2
 inline constexpr unsigned kIndexAttenuation = 1;  // 4 halves a node: absorption r, g, b [1/m]; how much of it is there
 inline constexpr unsigned kIndexGlow = 2;         // 4 halves a node: emission r, g, b [W/(m3 sr)]; g
 inline constexpr unsigned kIndexFaces = 3;        // u8 a node: 255 where a face goes through, else 0
-inline constexpr unsigned kIndexAlignment = 16;   // of the arrays [bytes]
+// The fifth, from version 2 on: 3 u8 a node, the albedo of faces, of 255.
+inline constexpr unsigned kIndexAlignment = 16;  // of the arrays [bytes]
 
 inline constexpr unsigned kIndexLeastNodes = 4, kIndexMostNodes = 2048;  // a side
 

@@ -27,7 +27,8 @@ struct PhoticBentObject {
     vec4 box_low;     // xyz: in nodes; w: 1 with sharp sides
     vec4 box_high;    // w: g of Henyey and Greenstein
     vec4 scattering;  // [1/m]; w: least distance between nodes [m]
-    ivec4 count;      // nodes; w: 1 attenuates, 2 glows, 4 has faces
+    vec4 coat;        // albedo of faces; w: alpha of highlights
+    ivec4 count;      // nodes; w: 1 attenuates, 2 glows, 4 has faces, 8 has a coat of its own at each node
     ivec4 corner;     // first texel in the atlas; w: layers from a channel's spline to the next
     ivec4 block;      // first block; w: mask of the objects whose boxes overlap with this one's
 };
@@ -37,12 +38,15 @@ layout(std140, PHOTIC_BENT_AT(PHOTIC_BENT_BUFFER)) uniform photic_bent_parameter
     ivec4 photic_bent_counts;  // objects; most steps; most branches at a time; 1 to skip
     vec4 photic_bent_march;    // longest step [nodes]; largest turn a step [radians]; faintest branch; 1 for radiance without n^2
     vec4 photic_bent_texel;    // 1 / size of the textures
+    // Irradiance over pi of the surroundings, by 1, y, z, x, xy, yz, 3 z^2 - 1, xz, x^2 - y^2 of the direction that a face
+    // looks in; w of the first two: cosine and sine of the surroundings' turn about z.
+    vec4 photic_bent_ambient[9];
     PhoticBentObject photic_bent_objects[PHOTIC_BENT_MOST];
 };
 
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_ATTENUATION)) uniform highp sampler3D photic_bent_attenuation;  // absorption [1/m], presence
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_GLOW)) uniform highp sampler3D photic_bent_glow;                // emission [W/(m3 sr)], g
-layout(PHOTIC_BENT_AT(PHOTIC_BENT_FACES)) uniform highp sampler3D photic_bent_faces;
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_FACES)) uniform highp sampler3D photic_bent_faces;  // a face; albedo
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_BLOCKS)) uniform highp usampler3D photic_bent_blocks;
 #ifdef PHOTIC_BENT_GRADIENTS
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_GRADIENTS_AT)) uniform highp sampler3D photic_bent_gradients;  // slope per node; (n^2 - 1) / 2
@@ -178,11 +182,31 @@ PhoticBentMedium photicBentMedium(int object, vec3 node) {
     return m;
 }
 
-bool photicBentFace(int object, vec3 node) {
-    if ((photic_bent_objects[object].count.w & 4) == 0) return false;
+/// Around a face, x is more than 1/2; yzw: its albedo, where that differs from place to place.
+vec4 photicBentFaceTexel(int object, vec3 node) {
     vec3 inside = clamp(node, vec3(0.0), vec3(photic_bent_objects[object].count.xyz) - 1.0);
     return textureLod(photic_bent_faces, (vec3(photic_bent_objects[object].corner.xyz) + inside + 0.5) * photic_bent_texel.xyz,
-                      0.0).r > 0.5;
+                      0.0);
+}
+bool photicBentFace(int object, vec3 node) {
+    return (photic_bent_objects[object].count.w & 4) != 0 && photicBentFaceTexel(object, node).r > 0.5;
+}
+
+/// How a face there sends light back besides Fresnel's mirror: rgb: albedo; w: alpha of highlights.
+vec4 photicBentCoat(int object, vec3 node) {
+    vec4 coat = photic_bent_objects[object].coat;
+    if ((photic_bent_objects[object].count.w & 8) != 0) coat.rgb = photicBentFaceTexel(object, node).yzw;
+    return coat;
+}
+/// Irradiance over pi that a face which looks along `normal` has of the surroundings.
+vec3 photicBentAmbient(vec3 normal) {
+    vec2 turn = vec2(photic_bent_ambient[0].w, photic_bent_ambient[1].w);
+    float x = turn.x * normal.x + turn.y * normal.y, y = turn.x * normal.y - turn.y * normal.x, z = normal.z;
+    vec3 sum = photic_bent_ambient[0].rgb + y * photic_bent_ambient[1].rgb + z * photic_bent_ambient[2].rgb +
+               x * photic_bent_ambient[3].rgb + (x * y) * photic_bent_ambient[4].rgb + (y * z) * photic_bent_ambient[5].rgb +
+               (3.0 * z * z - 1.0) * photic_bent_ambient[6].rgb + (x * z) * photic_bent_ambient[7].rgb +
+               (x * x - y * y) * photic_bent_ambient[8].rgb;
+    return max(sum, vec3(0.0));
 }
 
 /// Distances along a straight ray at which it is in an object's box: y < x where it misses. In multiples of `direction`.

@@ -28,6 +28,9 @@ struct PhoticBentRay {
 struct PhoticBentFace {
     bool open;
     vec3 place, before, kick;
+    vec3 middle;  // where it bends most: the face itself
+    float strength;
+    vec3 weight;  // the ray's, before it
 };
 
 /// Share of the power that a face reflects, averaged over both polarisations, from the momentum before and after along
@@ -91,6 +94,49 @@ void photicBentPush(vec3 place, vec3 momentum, vec3 weight) {
     }
 }
 
+#ifdef PHOTIC_LIT
+/// What baked light sends off a face towards the eye: Lambert's share, and a highlight after Cook and Torrance with GGX
+/// (Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007).
+/// @param coat    albedo and alpha
+/// @param normal  unit, to the side of the eye
+/// @param momentum  of the eye's ray as it comes
+/// @param beyond    n^2 on the other side; negative: the ray is reflected totally
+vec3 photicBentShine(vec4 coat, vec3 place, vec3 normal, vec3 momentum, float beyond) {
+    float square = dot(momentum, momentum);
+    PhoticLight light = photicSample(place + photic_bent_origin.xyz);
+    float arrives = -dot(normal, light.flux);
+    if (!(light.mean > 0.0) || arrives <= 0.0) return vec3(0.0);
+    vec3 brdf = coat.rgb * 0.31830988618;
+    vec3 to_light = -normalize(light.flux), to_eye = -normalize(momentum), halfway = normalize(to_light + to_eye);
+    float nl = dot(normal, to_light), nv = dot(normal, to_eye);
+    if (coat.w > 0.0 && nv > 0.0) {
+        float a2 = coat.w * coat.w, nh = dot(normal, halfway), lh = dot(to_light, halfway), d = nh * nh * (a2 - 1.0) + 1.0;
+        float before = sqrt(square) * lh, after2 = beyond - square + before * before;
+        float fresnel = after2 > 0.0 ? photicFresnel(before, sqrt(after2), square, beyond) : 1.0;
+        float shadows = 0.5 / (nl * sqrt(a2 + (1.0 - a2) * nv * nv) + nv * sqrt(a2 + (1.0 - a2) * nl * nl));
+        brdf += fresnel * shadows * a2 / (3.14159265359 * d * d);
+    }
+    return brdf * light.irradiance * (arrives / light.mean * photicBasic(square));
+}
+#endif
+
+/// Adds what the coat of a face sends back. @return its albedo, by which what goes on is less
+/// @param node    of the face
+/// @param place   beside it, on the eye's side, where light is looked up
+/// @param beyond  n^2 on the other side; negative: the ray is reflected totally
+/// @param weight  of the ray before the face
+vec3 photicBentReflect(int object, vec3 node, vec3 place, vec3 normal, vec3 momentum, float beyond, vec3 weight) {
+    vec4 coat = photicBentCoat(object, node);
+    if (coat == vec4(0.0)) return vec3(0.0);
+    vec3 sent = coat.rgb * photicBentAmbient(normal);
+#ifdef PHOTIC_LIT
+    sent += photicBentShine(coat, place, normal, momentum, beyond);
+#endif
+    photic_bent_sum += weight * sent;
+    photic_bent_touched = true;
+    return coat.rgb;
+}
+
 /// The face that is open has been crossed: reflects its share. What its steps have made of the momentum along its
 /// normal is put right, so that |p| is n again: Snell's law holds however long the steps were.
 /// @param square  n^2 where the ray is
@@ -108,9 +154,18 @@ void photicBentCloseFace(float square) {
         b = b < 0.0 ? -sqrt(right) : sqrt(right);
         photic_bent_ray.momentum = along + b * normal;
     }
-    if (a * b <= 0.0) return;  // it was turned back: all of the light goes that way
-    float share = photicFresnel(a, b, dot(photic_bent_face.before, photic_bent_face.before), square);
-    photicBentPush(photic_bent_face.place, photic_bent_face.before - (2.0 * a) * normal, photic_bent_ray.weight * share);
+    bool turned_back = a * b <= 0.0;
+    float before = dot(photic_bent_face.before, photic_bent_face.before);
+    vec3 passes = 1.0 - photicBentReflect(photic_bent_ray.object,
+                                          photicBentNode(photic_bent_ray.object, photic_bent_face.middle),
+                                          photic_bent_face.place, a > 0.0 ? -normal : normal,
+                                          photic_bent_face.before,
+                                          turned_back ? -1.0 : square, photic_bent_face.weight);
+    photic_bent_ray.weight *= passes;
+    if (turned_back) return;  // all of the light goes that way
+    float share = photicFresnel(a, b, before, square);
+    photicBentPush(photic_bent_face.place, photic_bent_face.before - (2.0 * a) * normal,
+                   photic_bent_face.weight * passes * share);
     photic_bent_ray.weight *= 1.0 - share;
 }
 
@@ -137,6 +192,8 @@ void photicBentCrossSide(int object, vec3 place, bool into, float square) {
     // A hair beyond the side, where the ray is on the one it goes on in.
     vec3 hair = normal * (1e-3 * photic_bent_objects[object].scattering.w);
     photic_bent_touched = true;
+    photic_bent_ray.weight *=
+        1.0 - photicBentReflect(object, node, place - hair, -normal, p, square, photic_bent_ray.weight);
     if (b2 <= 0.0) {
         photicBentBegin(place - hair, mirrored, photic_bent_ray.weight, into ? -1 : object);
         return;
@@ -199,6 +256,10 @@ void photicBentKick(vec3 middle, vec3 force, PhoticBentMedium medium, bool bends
 #endif
     photicBentPass(medium.absorption + medium.scattering, medium.emission, length_m, square);
     photic_bent_face.kick += step * force;
+    if (length(force) > photic_bent_face.strength) {
+        photic_bent_face.strength = length(force);
+        photic_bent_face.middle = middle;
+    }
     photic_bent_touched = photic_bent_touched || bends;
     if (bends || leaves) {
         photic_bent_ray.start = middle + (0.5 * step) * momentum;
@@ -292,7 +353,8 @@ void photicBentLook(int channel) {
         return;
     }
     if (face && !photic_bent_face.open)
-        photic_bent_face = PhoticBentFace(true, photicBentPlace(), photic_bent_ray.momentum, vec3(0.0));
+        photic_bent_face = PhoticBentFace(true, photicBentPlace(), photic_bent_ray.momentum, vec3(0.0), photicBentPlace(), 0.0,
+                                          photic_bent_ray.weight);
 
     PhoticBentMedium medium = photicBentMedium(object, node);
     bool scatters = false;

@@ -8,6 +8,7 @@
 #include "runtime/src/gpu_index_volumes.h"
 #include "runtime/src/gpu_volume_impl.h"
 #include "runtime/src/guarded.h"
+#include "runtime/src/harmonics.h"
 #include "runtime/src/pass.h"
 
 namespace photic::runtime {
@@ -36,16 +37,16 @@ namespace {
 
 /// As photic_bent.glsl has them, std140.
 struct ObjectBlock {
-    float rows[3][4], box_low[4], box_high[4], scattering[4];
+    float rows[3][4], box_low[4], box_high[4], scattering[4], coat[4];
     std::int32_t count[4], corner[4], block[4];
 };
 struct BentBlock {
     float origin[4];
     std::int32_t counts[4];
-    float march[4], texel[4];
+    float march[4], texel[4], ambient[9][4];
     ObjectBlock objects[BentRayPass::kMostObjects];
 };
-static_assert(sizeof(ObjectBlock) == 144 && sizeof(BentBlock) == 64 + 16 * 144);
+static_assert(sizeof(ObjectBlock) == 160 && sizeof(BentBlock) == 208 + 16 * 160);
 
 void require(const BentRayOptions& o, const Surroundings& s, std::size_t placed) {
     const auto wrong = [](const std::string& what) { fail(ErrorCode::Usage, what); };
@@ -59,6 +60,10 @@ void require(const BentRayOptions& o, const Surroundings& s, std::size_t placed)
     for (const float c : s.colour)
         if (!(c >= 0 && std::isfinite(c))) wrong("the surroundings' colour must be 0 or more, and finite");
     if (!std::isfinite(s.turn)) wrong("the surroundings' turn is not finite");
+    if (s.harmonics)
+        for (const auto& harmonic : *s.harmonics)
+            for (const float c : harmonic)
+                if (!std::isfinite(c)) wrong("the surroundings' harmonics are not finite");
 }
 
 /// A box around an object in the world, for the question which of them overlap.
@@ -90,12 +95,14 @@ Bounds layObject(const GpuIndexVolumes::Impl::Object& object, const PlacedObject
         least = std::min(least, std::sqrt(length));
         out.box_low[a] = static_cast<float>(object.box_low[a]),
         out.box_high[a] = static_cast<float>(object.box_high[a]);
-        out.scattering[a] = object.scattering[a];
+        out.scattering[a] = object.scattering[a], out.coat[a] = object.albedo[a];
         out.count[a] = object.count[a], out.corner[a] = object.place.corner[a], out.block[a] = object.place.block[a];
     }
     out.box_low[3] = object.sharp ? 1.0F : 0.0F;
     out.box_high[3] = object.anisotropy;
     out.scattering[3] = static_cast<float>(least);
+    // Narrower highlights than this would miss all pixels but some.
+    out.coat[3] = object.roughness > 0 ? std::max(object.roughness * object.roughness, 1e-3F) : 0.0F;
     out.count[3] = object.place.flags, out.corner[3] = object.place.channel_layers;
     Bounds bounds;
     for (int corner = 0; corner < 8; ++corner) {
@@ -131,6 +138,18 @@ BentBlock blockOf(const GpuIndexVolumes::Impl& objects, const std::vector<Placed
     block.march[0] = options.step, block.march[1] = options.turn, block.march[2] = options.faintest;
     block.march[3] = options.radiance == BentRadiance::Paper ? 1.0F : 0.0F;
     return block;
+}
+
+/// Irradiance over pi as a polynomial of the direction that a face looks in.
+void layAmbient(const Surroundings& around, BentBlock& block) {
+    const std::array<double, 9> factors = ambientFactors();
+    for (std::size_t i = 0; i < 9; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double even = i == 0 ? 1 : 0;  // the same from everywhere
+            const double ambient = around.harmonics ? factors[i] * double((*around.harmonics)[i][c]) : even;
+            block.ambient[i][c] = static_cast<float>(ambient * double(around.colour[c]));
+        }
+    block.ambient[0][3] = std::cos(around.turn), block.ambient[1][3] = std::sin(around.turn);
 }
 
 /// What the passes of one draw have in common.
@@ -204,7 +223,12 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
         BentBlock block = blockOf(volumes, placed, origin, options);
         bool scatters = false, disperses = false;
         for (const PlacedObject& p : placed) {
-            scatters = scatters || volumes.objects[p.object].scatters;
+            const GpuIndexVolumes::Impl::Object& object = volumes.objects[p.object];
+            scatters = scatters || object.scatters || object.reflects;
+            if (object.matte && surroundings.environment != 0 && !surroundings.harmonics)
+                fail(ErrorCode::Usage,
+                     "a face of a placed object reflects the surroundings evenly, which needs "
+                     "Surroundings::harmonics: environmentHarmonics() makes them of the environment's texels");
             disperses = disperses || volumes.objects[p.object].disperses;
         }
         const std::optional<ClipMatrices> clip = clipMatrices(surfaces.world_from_clip, origin);
@@ -222,6 +246,9 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
             const GLuint program =
                 shared.lit ? pass.programFor(*shown[i].volume, std::move(defines)) : pass.program(defines);
             block.origin[3] = i == 0 ? 0.0F : 1.0F;
+            Surroundings around = surroundings;
+            for (float& c : around.colour) c = i == 0 ? c : 0;
+            layAmbient(around, block);
             impl_->upload(block);
             volumes.bind();
             bindPass(shared, i == 0, program, pass);
@@ -235,11 +262,13 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
 }
 
 Status BentRayPass::bind(const float* origin, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
-                         const BentRayOptions& options) {
+                         const BentRayOptions& options, const Surroundings& surroundings) {
     return guarded([&]() -> Status {
-        require(options, {}, placed.size());
+        require(options, surroundings, placed.size());
         const Double3 place{double(origin[0]), double(origin[1]), double(origin[2])};
-        impl_->upload(blockOf(objects.impl(), placed, place, options));
+        BentBlock block = blockOf(objects.impl(), placed, place, options);
+        layAmbient(surroundings, block);
+        impl_->upload(block);
         objects.impl().bind();
         return Done{};
     });

@@ -16,6 +16,7 @@ struct TextureKind {
 constexpr TextureKind kSpline{GL_TEXTURE_2D_ARRAY, GL_R32F, GL_RED, GL_FLOAT, GL_NEAREST};
 constexpr TextureKind kFourHalves{GL_TEXTURE_3D, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, GL_LINEAR};
 constexpr TextureKind kBytes{GL_TEXTURE_3D, GL_R8, GL_RED, GL_UNSIGNED_BYTE, GL_LINEAR};
+constexpr TextureKind kFourBytes{GL_TEXTURE_3D, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, GL_LINEAR};
 constexpr TextureKind kNumbers{GL_TEXTURE_3D, GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, GL_NEAREST};
 
 void makeTexture(const GlFunctions& gl, const TextureKind& kind, const Int3& size, const void* texels, GLuint& name) {
@@ -60,7 +61,9 @@ void GpuIndexVolumes::Impl::make(const std::vector<IndexVolume>& volumes) {
         makeTexture(gl, kFourHalves, atlas.texels, atlas.glow(volumes).data(), glow);
     else
         makeTexture(gl, kFourHalves, one, &none, glow);
-    if (atlas.has_faces)
+    if (atlas.has_coat)
+        makeTexture(gl, kFourBytes, atlas.texels, atlas.coat(volumes).data(), faces);
+    else if (atlas.has_faces)
         makeTexture(gl, kBytes, atlas.texels, atlas.faces(volumes).data(), faces);
     else
         makeTexture(gl, kBytes, one, &no_face, faces);
@@ -73,14 +76,18 @@ void GpuIndexVolumes::Impl::make(const std::vector<IndexVolume>& volumes) {
     info.objects = static_cast<int>(volumes.size());
     info.texels = atlas.texels;
     info.even = atlas.even;
-    info.bytes =
-        texels(spline_size) * 4 + texels(atlas.blocks) +
-        texels(atlas.texels) * (8 + (atlas.attenuates ? 8 : 0) + (atlas.glows ? 8 : 0) + (atlas.has_faces ? 1 : 0));
+    info.bytes = texels(spline_size) * 4 + texels(atlas.blocks) +
+                 texels(atlas.texels) * (8 + (atlas.attenuates ? 8 : 0) + (atlas.glows ? 8 : 0) +
+                                         (atlas.has_coat    ? 4
+                                          : atlas.has_faces ? 1
+                                                            : 0));
     for (std::size_t i = 0; i < volumes.size(); ++i) {
         const IndexVolumeData& data = volumes[i].data();
-        const auto& s = data.scattering;
+        const auto &s = data.scattering, &albedo = data.albedo;
+        const bool matte = !data.coat.empty() || albedo[0] > 0 || albedo[1] > 0 || albedo[2] > 0;
         objects.push_back({data.transform, data.box_low, data.box_high, data.count, atlas.places[i], s, data.anisotropy,
-                           data.sharp_sides, s[0] > 0 || s[1] > 0 || s[2] > 0, volumes[i].disperses()});
+                           albedo, data.roughness, volumes[i].reflects(), matte, data.sharp_sides,
+                           s[0] > 0 || s[1] > 0 || s[2] > 0, volumes[i].disperses()});
     }
 }
 

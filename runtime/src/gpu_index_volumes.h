@@ -29,7 +29,9 @@ struct GpuIndexVolumes::Impl {
         IndexAtlas::Place place;
         std::array<float, 3> scattering;
         float anisotropy = 0;
-        bool sharp = false, scatters = false, disperses = false;
+        std::array<float, 3> albedo;  ///< of faces
+        float roughness = 0;
+        bool reflects = false, matte = false, sharp = false, scatters = false, disperses = false;
     };
     std::vector<Object> objects;
     Info info;

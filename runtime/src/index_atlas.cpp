@@ -145,6 +145,7 @@ IndexAtlas::IndexAtlas(const std::vector<IndexVolume>& objects, int largest_text
         if (objects[i].attenuates()) places[i].flags |= 1, attenuates = true;
         if (objects[i].shines()) places[i].flags |= 2, glows = true;
         if (!data.faces.empty()) places[i].flags |= 4, has_faces = true;
+        if (!data.coat.empty()) places[i].flags |= 8, has_coat = true;
     }
     findEven(objects);
 }
@@ -234,6 +235,16 @@ std::vector<Half4> IndexAtlas::glow(const std::vector<IndexVolume>& objects) con
 std::vector<std::uint8_t> IndexAtlas::faces(const std::vector<IndexVolume>& objects) const {
     return filled<std::uint8_t>(objects, texels[2], [](const IndexVolumeData& data, std::size_t, const Int3& p) {
         return data.faces.empty() ? std::uint8_t{0} : data.faces[data.flat(p[0], p[1], p[2])];
+    });
+}
+
+std::vector<std::array<std::uint8_t, 4>> IndexAtlas::coat(const std::vector<IndexVolume>& objects) const {
+    using Bytes4 = std::array<std::uint8_t, 4>;
+    return filled<Bytes4>(objects, texels[2], [](const IndexVolumeData& data, std::size_t, const Int3& p) {
+        const std::size_t i = data.flat(p[0], p[1], p[2]);
+        Bytes4 out{data.faces.empty() ? std::uint8_t{0} : data.faces[i], 0, 0, 0};
+        for (std::size_t c = 0; c < 3 && !data.coat.empty(); ++c) out[c + 1] = data.coat[i][c];
+        return out;
     });
 }
 

@@ -50,21 +50,27 @@ SplineValue splineAt(const IndexVolumeData& data, const std::vector<float>& coef
     return out;
 }
 
-std::array<double, 4> halvesAt(const IndexVolumeData& data, const std::vector<Half4>& values, const Double3& node) {
+/// Trilinear between nodes. @param value  of a node's element, a channel
+template <std::size_t Channels, class Element, class Value>
+std::array<double, Channels> trilinear(const IndexVolumeData& data, const std::vector<Element>& values,
+                                       const Double3& node, const Value& value) {
     int low[3];
     double t[3];
     for (std::size_t a = 0; a < 3; ++a) {
         const double inside = std::clamp(node[a], 0.0, data.count[a] - 1.0);
         low[a] = std::min(static_cast<int>(inside), data.count[a] - 2), t[a] = inside - low[a];
     }
-    std::array<double, 4> out{};
+    std::array<double, Channels> out{};
     for (int corner = 0; corner < 8; ++corner) {
         const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
         const double weight = (x ? t[0] : 1 - t[0]) * (y ? t[1] : 1 - t[1]) * (z ? t[2] : 1 - t[2]);
-        const Half4& value = values[data.flat(low[0] + x, low[1] + y, low[2] + z)];
-        for (std::size_t c = 0; c < 4; ++c) out[c] += weight * double(floatOfHalf(value[c]));
+        const Element& element = values[data.flat(low[0] + x, low[1] + y, low[2] + z)];
+        for (std::size_t c = 0; c < Channels; ++c) out[c] += weight * value(element[c]);
     }
     return out;
+}
+std::array<double, 4> halvesAt(const IndexVolumeData& data, const std::vector<Half4>& values, const Double3& node) {
+    return trilinear<4>(data, values, node, [](std::uint16_t half) { return double(floatOfHalf(half)); });
 }
 
 bool holds(const IndexVolumeData& data, const Double3& node) {
@@ -84,6 +90,10 @@ bool IndexVolume::attenuates() const {
     return !data_->attenuation.empty() || s[0] > 0 || s[1] > 0 || s[2] > 0;
 }
 bool IndexVolume::shines() const { return !data_->glow.empty(); }
+bool IndexVolume::reflects() const {
+    const auto& a = data_->albedo;
+    return !data_->coat.empty() || a[0] > 0 || a[1] > 0 || a[2] > 0 || data_->roughness > 0;
+}
 bool IndexVolume::sharpSides() const { return data_->sharp_sides; }
 std::array<int, 3> IndexVolume::nodes() const { return data_->count; }
 
@@ -99,7 +109,8 @@ void IndexVolume::box(Vec3& low, Vec3& high) const {
 }
 
 std::uint64_t IndexVolume::bytes() const {
-    std::uint64_t sum = (data_->attenuation.size() + data_->glow.size()) * sizeof(Half4) + data_->faces.size();
+    std::uint64_t sum =
+        (data_->attenuation.size() + data_->glow.size()) * sizeof(Half4) + data_->faces.size() + 3 * data_->coat.size();
     for (const auto& channel : data_->spline) sum += channel.size() * sizeof(float);
     return sum;
 }
@@ -143,6 +154,19 @@ Attenuation IndexVolume::attenuation(const Vec3& world) const {
         };
         out.face = data_->faces[data_->flat(nearest(0), nearest(1), nearest(2))] >= 128;
     }
+    return out;
+}
+
+FaceReflection IndexVolume::faceReflection(const Vec3& world) const {
+    FaceReflection out;
+    const Double3 node = data_->transform.indexOf({world.x, world.y, world.z});
+    if (!holds(*data_, node)) return out;
+    out.albedo = {double(data_->albedo[0]), double(data_->albedo[1]), double(data_->albedo[2])};
+    if (!data_->coat.empty()) {
+        const auto v = trilinear<3>(*data_, data_->coat, node, [](std::uint8_t of255) { return of255 / 255.0; });
+        out.albedo = {v[0], v[1], v[2]};
+    }
+    out.roughness = double(data_->roughness);
     return out;
 }
 

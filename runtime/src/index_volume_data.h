@@ -21,6 +21,9 @@ struct IndexVolumeData {
     std::vector<Half4> attenuation;            ///< absorption r, g, b [1/m], how much is there; or empty
     std::vector<Half4> glow;                   ///< emission r, g, b [W/(m3 sr)], g; or empty
     std::vector<std::uint8_t> faces;           ///< 255 around faces; or empty
+    std::vector<std::array<std::uint8_t, 3>> coat;  ///< albedo of faces, of 255; or empty: `albedo` everywhere
+    std::array<float, 3> albedo{0, 0, 0};
+    float roughness = 0;                       ///< of highlights on faces; 0: none
     std::array<float, 3> scattering{0, 0, 0};  ///< [1/m]
     float anisotropy = 0;
     Double3 box_low{0, 0, 0}, box_high{0, 0, 0};

@@ -14,8 +14,8 @@ namespace {
 /// One object of a file.
 class ObjectReader {
 public:
-    ObjectReader(const Bytes& file, std::uint64_t header, std::uint64_t& memory_left)
-        : file_(file), header_(header), memory_left_(memory_left) {}
+    ObjectReader(const Bytes& file, unsigned version, std::uint64_t header, std::uint64_t& memory_left)
+        : file_(file), version_(version), header_(header), memory_left_(memory_left) {}
 
     IndexVolume read() {
         auto data = std::make_shared<IndexVolumeData>();
@@ -23,6 +23,7 @@ public:
         what_ = "the object '" + data->name + "'";
         readPlace(*data);
         readArrays(*data);
+        if (version_ > format::kIndexFirstVersion) readReflection(*data);
         return IndexVolume(std::move(data));
     }
 
@@ -70,7 +71,10 @@ private:
 
     /// Where an array of `count` elements lies; counts them against the memory.
     std::uint64_t placeOf(unsigned array, std::uint64_t count, std::uint64_t size, const char* of) const {
-        const auto place = at<std::uint64_t>(format::kIndexOffsetsAt + 8 * array);
+        return placeAt(format::kIndexOffsetsAt + 8 * array, count, size, of);
+    }
+    std::uint64_t placeAt(unsigned where, std::uint64_t count, std::uint64_t size, const char* of) const {
+        const auto place = at<std::uint64_t>(where);
         if (place == 0) return 0;
         if (place % format::kIndexAlignment != 0)
             refuse(std::string(of) + " lies at byte " + std::to_string(place) + ", which is no multiple of 16");
@@ -100,6 +104,14 @@ private:
         if (place != 0) copy(place, nodes, data.faces);
     }
 
+    void readReflection(IndexVolumeData& data) const {
+        for (unsigned c = 0; c < 3; ++c)
+            data.albedo[c] = number(format::kIndexAlbedoAt + 4 * c, 0, 1, "its faces' albedo");
+        data.roughness = number(format::kIndexRoughnessAt, 0, 1, "its faces' roughness");
+        const std::uint64_t place = placeAt(format::kIndexCoatAt, data.nodeCount(), 3, "its coat");
+        if (place != 0) copy(place, data.nodeCount(), data.coat);
+    }
+
     template <class T>
     void copy(std::uint64_t place, std::uint64_t count, std::vector<T>& out) const {
         out.resize(static_cast<std::size_t>(count));
@@ -124,6 +136,7 @@ private:
     }
 
     const Bytes& file_;
+    unsigned version_;
     std::uint64_t header_;
     std::uint64_t& memory_left_;
     std::string what_ = "an object";
@@ -143,8 +156,9 @@ Result<std::vector<IndexVolume>> readIndexVolumes(const void* bytes, std::size_t
         if (std::memcmp(bytes, format::kIndexMagic, 8) != 0)
             fail(ErrorCode::Format, "it is no file of index volumes; photic export scene.toml -o name.ivol makes one");
         const auto version = file.get<std::uint32_t>(format::kIndexVersionAt);
-        if (version != format::kIndexVersion)
-            fail(ErrorCode::Format, "it has version " + std::to_string(version) + "; only 1 is read: export it again");
+        if (version < format::kIndexFirstVersion || version > format::kIndexVersion)
+            fail(ErrorCode::Format,
+                 "it has version " + std::to_string(version) + "; only 1 and 2 are read: export it again");
         const auto told = file.get<std::uint64_t>(format::kIndexFileSizeAt);
         if (told != size)
             fail(ErrorCode::Format, "it has " + std::to_string(size) + " bytes and says " + std::to_string(told) +
@@ -152,13 +166,14 @@ Result<std::vector<IndexVolume>> readIndexVolumes(const void* bytes, std::size_t
         const auto objects = file.get<std::uint32_t>(format::kIndexObjectsAt);
         if (objects < 1 || objects > format::kIndexMostObjects)
             fail(ErrorCode::Format, "it has " + std::to_string(objects) + " objects; 1 to 256 are read");
-        file.require(format::kIndexFileHeader, objects, format::kIndexObjectHeader, "its objects' headers");
+        const unsigned header =
+            version == format::kIndexFirstVersion ? format::kIndexFirstHeader : format::kIndexObjectHeader;
+        file.require(format::kIndexFileHeader, objects, header, "its objects' headers");
         std::uint64_t memory_left = options.largest_memory;
         std::vector<IndexVolume> out;
         for (std::uint32_t i = 0; i < objects; ++i)
-            out.push_back(ObjectReader(file, format::kIndexFileHeader + std::uint64_t{format::kIndexObjectHeader} * i,
-                                       memory_left)
-                              .read());
+            out.push_back(
+                ObjectReader(file, version, format::kIndexFileHeader + std::uint64_t{header} * i, memory_left).read());
         return out;
     });
 }

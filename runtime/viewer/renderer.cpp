@@ -124,6 +124,8 @@ public:
             glTexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        environment_harmonics_ =
+            runtime::environmentHarmonics(environment.pixels.data(), environment.width, environment.height);
         environment_irradiance_ = static_cast<float>(environment.irradiance());
         return Done{};
     }
@@ -289,6 +291,7 @@ private:
         around.environment = environment_texture_;
         for (float& c : around.colour) c = environmentGain(picture);
         around.turn = picture.turn;
+        around.harmonics = environment_harmonics_;
         around.radiance = targets_.seen;
         std::vector<runtime::LitVolume> light;
         if (runtime::GpuVolume* volume = volumeOf(source)) light.push_back({volume});
@@ -456,6 +459,7 @@ private:
     std::optional<runtime::GpuIndexVolumes> objects_;
     GLuint environment_texture_ = 0;
     float environment_irradiance_ = 0;
+    runtime::Harmonics environment_harmonics_{};
     ShownVolumes volumes_;
     Stage stage_;
     Program stage_program_, base_program_, veil_program_, surface_program_, display_program_;

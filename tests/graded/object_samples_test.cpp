@@ -64,6 +64,35 @@ TEST(ObjectSamples, ALensWithoutFacesHasNone) {
     EXPECT_NEAR(excessAt(s, {0.1, 0.87, 0}), 0, 2e-4) << "beside its rim a little, since that is a kink";
 }
 
+TEST(ObjectSamples, WhatIsPaintedOnABodyIsOnItsFace) {
+    // Half of a ball is painted; samples outside of it hold none.
+    GradedObject ball = objectOf(makeFishEye({0, 0, 0}, 1.5, 8, 0.75));
+    EXPECT_TRUE(sampled(ball).coat.empty());
+    MediumVolume::Samples paint;
+    paint.world_from_index = glm::dmat3(1.0 / 32), paint.origin_world = glm::dvec3(-1), paint.size = glm::ivec3(65);
+    for (int z = 0; z < 65; ++z)
+        for (int y = 0; y < 65; ++y)
+            for (int x = 0; x < 65; ++x) {
+                const glm::dvec3 p = glm::dvec3(x, y, z) / 32.0 - 1.0;
+                paint.values.push_back(glm::length(p) < 0.75 && p.x > 0 ? glm::vec3(0.25f, 0.5f, 1) : glm::vec3(0));
+            }
+    ball.face.albedo_volume = std::make_shared<const MediumVolume>(paint);
+    const ObjectSamples s = sampled(ball);
+    ASSERT_EQ(s.coat.size(), s.faces.size());
+    const auto at = [&](const glm::dvec3& world) {
+        const glm::ivec3 p(glm::round(glm::inverse(s.world_from_node) * (world - s.origin_world)));
+        return s.coat[(std::size_t(p.z) * std::size_t(s.count.y) + std::size_t(p.y)) * std::size_t(s.count.x) +
+                      std::size_t(p.x)];
+    };
+    for (int i = 0; i < 50; ++i) {
+        const double phi = 0.7 * i, z = -0.98 + 0.04 * i;
+        const glm::dvec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+        if (std::fabs(n.x) < 0.15) continue;
+        EXPECT_EQ(at(0.75 * n).y, n.x > 0 ? 0.5f : 0.0f) << i;
+    }
+    EXPECT_TRUE(sampled(objectOf(makeLuneburgLens({0, 0, 0}, 0.8))).coat.empty()) << "a lens without faces has no coat";
+}
+
 TEST(ObjectSamples, ABallOfGlassHasAFaceAllAround) {
     // n falls by a percent to the rim, and there to 1.
     GradedObject ball = objectOf(makeFishEye({0, 0, 0}, 1.5, 8, 0.75));

@@ -40,8 +40,22 @@ inline GradedObject objectOf(std::shared_ptr<const GradedIndex> index) {
 inline IndexVolumeObject exported(const GradedObject& object, double voxel) {
     Monitor monitor;
     ObjectSamples s = sampleObject({object}, 0, {voxel, {glm::dvec3(-1), glm::dvec3(1)}}, monitor);
-    return {object.name, s.world_from_node, s.origin_world,    s.count,   s.spline,   s.attenuation, s.glow,
-            s.faces,     object.scattering, object.anisotropy, s.box_low, s.box_high, s.sharp_sides};
+    return {object.name,
+            s.world_from_node,
+            s.origin_world,
+            s.count,
+            s.spline,
+            s.attenuation,
+            s.glow,
+            s.faces,
+            object.scattering,
+            object.anisotropy,
+            s.box_low,
+            s.box_high,
+            s.sharp_sides,
+            object.face.albedo,
+            object.face.roughness,
+            s.coat};
 }
 
 /// A ball of one index whose face is a smooth step of `width` nodes.
@@ -64,6 +78,50 @@ inline IndexVolumeObject ball(double n, double radius, double voxel, double widt
                 object.faces.push_back(std::fabs(d) < 2 ? 255 : 0);
             }
     return object;
+}
+
+/// Fresnel's reflectance, averaged over both polarisations.
+inline double fresnel(double cos_in, double n1, double n2) {
+    const double sin_out = std::sqrt(1 - cos_in * cos_in) * n1 / n2;
+    if (sin_out >= 1) return 1;
+    const double cos_out = std::sqrt(1 - sin_out * sin_out);
+    const double s = (n1 * cos_in - n2 * cos_out) / (n1 * cos_in + n2 * cos_out),
+                 p = (n2 * cos_in - n1 * cos_out) / (n2 * cos_in + n1 * cos_out);
+    return 0.5 * (s * s + p * p);
+}
+
+/// A slab across x, wide enough for all rays, with faces of some nodes or sharp sides.
+inline IndexVolumeObject slab(double n, bool sharp, double absorption = 0) {
+    IndexVolumeObject object;
+    object.name = "slab";
+    object.count = {41, 40, 40};
+    object.world_from_node = {{0.02, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
+    object.origin_world = {-0.4, -1.95, -1.95};
+    object.box_low = sharp ? glm::vec3(10, 1, 1) : glm::vec3(1),
+    object.box_high = sharp ? glm::vec3(30, 38, 38) : glm::vec3(39, 38, 38);
+    object.sharp_sides = sharp;
+    object.spline.emplace_back();
+    for (int i = 0; i < 41 * 40 * 40; ++i) {
+        const int x = i % 41;
+        const bool inside = sharp || (x >= 10 && x <= 30);
+        object.spline[0].push_back(inside ? static_cast<float>((n * n - 1) / 2) : 0.0F);
+        object.faces.push_back(!sharp && (std::abs(x - 10) < 4 || std::abs(x - 30) < 4) ? 255 : 0);
+        if (absorption > 0)
+            object.attenuation.emplace_back(inside ? absorption : 0.0, 0.0F, 0.0F, inside ? 1.0F : 0.0F);
+    }
+    return object;
+}
+
+/// Light of one strength, 200 W/m2, along a direction, in a box around everything.
+inline NvdbSpec evenLight(const glm::dvec3& along) {
+    NvdbSpec spec;
+    spec.min = {-2, -2, -2}, spec.max = {18, 18, 18};
+    spec.world_from_index = {0.2, 0, 0, 0, 0.2, 0, 0, 0, 0.2};
+    spec.origin_world = {-1.6, -1.6, -1.6};
+    spec.json = R"({"reference_irradiance": 100})";
+    const glm::vec3 flux(2.0 * glm::normalize(along));
+    spec.values = [flux](int, int, int) -> LightValues { return {flux.x, flux.y, flux.z, 2, 2, 2, 2}; };
+    return spec;
 }
 
 /// Surroundings in which each direction is its own colour: (d + 1) / 2.

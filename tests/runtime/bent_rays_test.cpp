@@ -49,38 +49,6 @@ TEST_F(BentRays, UniformSurroundingsStayUniformForAnEyeInGlassToo) {
     }
 }
 
-/// Fresnel's reflectance, averaged over both polarisations.
-double fresnel(double cos_in, double n1, double n2) {
-    const double sin_out = std::sqrt(1 - cos_in * cos_in) * n1 / n2;
-    if (sin_out >= 1) return 1;
-    const double cos_out = std::sqrt(1 - sin_out * sin_out);
-    const double s = (n1 * cos_in - n2 * cos_out) / (n1 * cos_in + n2 * cos_out),
-                 p = (n2 * cos_in - n1 * cos_out) / (n2 * cos_in + n1 * cos_out);
-    return 0.5 * (s * s + p * p);
-}
-
-/// A slab across x, wide enough for all rays, with faces of some nodes or sharp sides.
-IndexVolumeObject slab(double n, bool sharp, double absorption = 0) {
-    IndexVolumeObject object;
-    object.name = "slab";
-    object.count = {41, 40, 40};
-    object.world_from_node = {{0.02, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
-    object.origin_world = {-0.4, -1.95, -1.95};
-    object.box_low = sharp ? glm::vec3(10, 1, 1) : glm::vec3(1),
-    object.box_high = sharp ? glm::vec3(30, 38, 38) : glm::vec3(39, 38, 38);
-    object.sharp_sides = sharp;
-    object.spline.emplace_back();
-    for (int i = 0; i < 41 * 40 * 40; ++i) {
-        const int x = i % 41;
-        const bool inside = sharp || (x >= 10 && x <= 30);
-        object.spline[0].push_back(inside ? static_cast<float>((n * n - 1) / 2) : 0.0F);
-        object.faces.push_back(!sharp && (std::abs(x - 10) < 4 || std::abs(x - 30) < 4) ? 255 : 0);
-        if (absorption > 0)
-            object.attenuation.emplace_back(inside ? absorption : 0.0, 0.0F, 0.0F, inside ? 1.0F : 0.0F);
-    }
-    return object;
-}
-
 /// Dark on the side that the slab is looked at from, 1 behind it.
 class HalfLit {
 public:

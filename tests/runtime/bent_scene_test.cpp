@@ -7,17 +7,6 @@
 namespace photic::test {
 namespace {
 
-/// Light of one strength along -z in a box around everything.
-NvdbSpec evenLight() {
-    NvdbSpec spec;
-    spec.min = {-2, -2, -2}, spec.max = {18, 18, 18};
-    spec.world_from_index = {0.2, 0, 0, 0, 0.2, 0, 0, 0, 0.2};
-    spec.origin_world = {-1.6, -1.6, -1.6};
-    spec.json = R"({"reference_irradiance": 100})";
-    spec.values = [](int, int, int) -> LightValues { return {0, 0, -2, 2, 2, 2, 2}; };
-    return spec;
-}
-
 /// A box without an index, 0.4 m a side, that scatters.
 IndexVolumeObject smoke() {
     IndexVolumeObject object;
@@ -46,7 +35,7 @@ protected:
 };
 
 TEST_F(BentScene, ScatteredLightIsTheIntegralAlongTheRay) {
-    const runtime::Volume volume = makeVolume(evenLight());
+    const runtime::Volume volume = makeVolume(evenLight({0, 0, -1}));
     GpuVolume light = upload(volume, {});
     auto objects = GpuIndexVolumes::upload(*gpu_, readBack({smoke()}));
     ASSERT_TRUE(objects.ok());

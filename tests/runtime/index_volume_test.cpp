@@ -125,26 +125,61 @@ TEST(IndexVolumes, ChannelsAreApart) {
     EXPECT_EQ(volumes->front().at(world, 2).half_square, volumes->front().at(world, 0).half_square);
 }
 
-TEST(IndexVolumes, EveryTruncatedLengthIsRefused) {
+/// With faces that reflect: a file of version 2.
+IndexVolumeObject coatedObject() {
     IndexVolumeObject object = leaningObject();
-    object.glow.clear();
-    const std::string bytes = fileOf({object});
-    ASSERT_TRUE(readCopy(bytes, bytes.size()).ok());
-    for (std::size_t size = 0; size < bytes.size(); size += size < 2000 ? 1 : 37) {
-        const auto volumes = readCopy(bytes, size);
-        ASSERT_FALSE(volumes.ok()) << size;
-        ASSERT_EQ(volumes.error().code, ErrorCode::Format) << volumes.error().message;
+    object.albedo = {0.25, 0.5, 1}, object.roughness = 0.75;
+    for (int i = 0; i < 13 * 12 * 14; ++i) object.coat.emplace_back((i % 6) / 5.0f, 0, 1);
+    return object;
+}
+
+TEST(IndexVolumes, KnowHowFacesReflect) {
+    IndexVolumeObject plain = leaningObject();
+    EXPECT_EQ(fileOf({plain})[8], 1) << "readers of the first version know all that is in it";
+    plain.albedo = {0.25, 0.5, 1};
+    const std::string bytes = fileOf({coatedObject(), plain, leaningObject()});
+    EXPECT_EQ(bytes[8], 2);
+    const auto volumes = readIndexVolumes(bytes.data(), bytes.size());
+    ASSERT_TRUE(volumes.ok()) << volumes.error().message;
+    EXPECT_TRUE((*volumes)[0].reflects() && (*volumes)[1].reflects());
+    EXPECT_FALSE((*volumes)[2].reflects());
+    // Between two nodes in x, whose reds are 2/5 and 3/5.
+    const int i = (4 * 12 + 3) * 13 + 2;
+    ASSERT_EQ(i % 6, 5);
+    const FaceReflection coated = (*volumes)[0].faceReflection((*volumes)[0].node(3.5, 3, 4));
+    EXPECT_NEAR(coated.albedo.x, 0.1, 1e-3);
+    EXPECT_NEAR(coated.albedo.z, 1, 1e-9);
+    EXPECT_NEAR(coated.roughness, 0.75, 1e-9);
+    const FaceReflection even = (*volumes)[1].faceReflection((*volumes)[1].node(5, 5, 5));
+    EXPECT_NEAR(even.albedo.y, 0.5, 1e-9);
+    EXPECT_EQ(even.roughness, 0);
+    EXPECT_EQ((*volumes)[1].faceReflection({1000, 0, 0}).albedo.y, 0);
+    // And the rest is as it was.
+    EXPECT_NEAR((*volumes)[0].attenuation((*volumes)[0].node(2, 3, 4)).absorption.y, i % 7, 1e-9);
+}
+
+TEST(IndexVolumes, EveryTruncatedLengthIsRefused) {
+    for (IndexVolumeObject object : {leaningObject(), coatedObject()}) {
+        object.glow.clear();
+        const std::string bytes = fileOf({object});
+        ASSERT_TRUE(readCopy(bytes, bytes.size()).ok());
+        for (std::size_t size = 0; size < bytes.size(); size += size < 2000 ? 1 : 37) {
+            const auto volumes = readCopy(bytes, size);
+            ASSERT_FALSE(volumes.ok()) << size;
+            ASSERT_EQ(volumes.error().code, ErrorCode::Format) << volumes.error().message;
+        }
     }
 }
 
 TEST(IndexVolumes, MutationsDoNoHarm) {
-    const std::string file = fileOf({leaningObject()});
+    const std::string first = fileOf({leaningObject()}), second = fileOf({coatedObject()});
     std::mt19937_64 random(11);
     int loaded = 0, refused = 0;
     for (int n = 0; n < 3000; ++n) {
+        const std::string& file = n % 2 ? first : second;
         std::string damaged = file;
         for (std::uint64_t k = 0; k < 1 + random() % 3; ++k) {
-            const std::size_t at = random() % 3 ? random() % 288 : random() % file.size();
+            const std::size_t at = random() % 3 ? random() % 352 : random() % file.size();
             static constexpr std::uint64_t kNasty[] = {0, 1, 0x80, 0xffffffff, 0x7f800000, ~0ULL, 1ULL << 63, 4096};
             const std::uint64_t value = random() % 2 ? random() : kNasty[random() % std::size(kNasty)];
             std::memcpy(damaged.data() + at, &value, std::min<std::size_t>(1U << random() % 4, file.size() - at));
@@ -161,6 +196,9 @@ TEST(IndexVolumes, MutationsDoNoHarm) {
             for (const double t : {-0.1, 0.0, 0.3, 0.77, 1.0, 1.1}) {
                 const Refraction here = volume.at(volume.node(t * count[0], t * count[1], t * count[2]));
                 EXPECT_TRUE(std::isfinite(here.half_square) && here.half_square > 0);
+                const double albedo =
+                    volume.faceReflection(volume.node(t * count[0], t * count[1], t * count[2])).albedo.x;
+                EXPECT_TRUE(albedo >= 0 && albedo <= 1);
                 EXPECT_GE(volume.attenuation(volume.node(t * count[0], t * count[1], t * count[2])).absorption.x, 0);
             }
         }
@@ -172,6 +210,7 @@ TEST(IndexVolumes, MutationsDoNoHarm) {
 struct Damage {
     const char *name, *word;
     void (*apply)(std::string&);
+    bool coated = false;
 };
 template <class T>
 void put(std::string& bytes, std::size_t at, T value) {
@@ -182,7 +221,7 @@ constexpr std::size_t kObject = format::kIndexFileHeader;
 class IndexDamages : public testing::TestWithParam<Damage> {};
 
 TEST_P(IndexDamages, IsRefusedInWords) {
-    std::string file = fileOf({leaningObject()});
+    std::string file = fileOf({GetParam().coated ? coatedObject() : leaningObject()});
     GetParam().apply(file);
     const auto volumes = readCopy(file, file.size());
     ASSERT_FALSE(volumes.ok());
@@ -193,7 +232,11 @@ INSTANTIATE_TEST_SUITE_P(
     All, IndexDamages,
     testing::Values(
         Damage{"magic", "no file of index volumes", [](std::string& f) { f[0] = 'X'; }},
-        Damage{"version", "only 1 is read", [](std::string& f) { put<std::uint32_t>(f, 8, 2); }},
+        Damage{"version", "only 1 and 2 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 3); }},
+        Damage{"version_0", "only 1 and 2 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 0); }},
+        Damage{"albedo", "albedo", [](std::string& f) { put<float>(f, kObject + 260, 1.5F); }, true},
+        Damage{"roughness", "roughness", [](std::string& f) { put<float>(f, kObject + 268, std::nanf("")); }, true},
+        Damage{"coat", "its coat", [](std::string& f) { put<std::uint64_t>(f, kObject + 272, 1ULL << 60); }, true},
         Damage{"size", "cut short", [](std::string& f) { f.push_back('x'); }},
         Damage{"objects", "objects", [](std::string& f) { put<std::uint32_t>(f, 12, 0); }},
         Damage{"name", "no end", [](std::string& f) { std::memset(f.data() + kObject, 'a', 64); }},

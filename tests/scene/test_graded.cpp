@@ -151,6 +151,39 @@ TEST(GradedMedia, EachHasVolumesOfItsOwn) {
     std::filesystem::remove(path);
 }
 
+TEST(GradedMedia, AFaceMayReflect) {
+    openvdb::initialize();
+    const std::string path = ::testing::TempDir() + "/graded_faces.vdb",
+                      lens = "index = { kind = \"luneburg\", radius = 0.5 }\n";
+    const auto write = [&](float albedo) {
+        auto grid = openvdb::FloatGrid::create(0.0f);
+        grid->setName("albedo");
+        grid->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+        for (int x = 0; x < 4; ++x) grid->tree().setValueOn({x, 0, 0}, albedo * float(x));
+        openvdb::io::File file(path);
+        file.write({grid});
+        file.close();
+    };
+    EXPECT_FALSE(object(lens).face.reflects());
+    const FaceReflection plain = object(lens + "face = { albedo = [0.1, 0.2, 1], roughness = 0.4 }\n").face;
+    EXPECT_TRUE(plain.reflects());
+    EXPECT_EQ(plain.albedo, glm::dvec3(0.1, 0.2, 1));
+    EXPECT_EQ(plain.roughness, 0.4);
+    write(0.25f);
+    const FaceReflection painted = object(lens + "face = { albedo_volume = \"graded_faces.vdb\" }\n").face;
+    ASSERT_TRUE(painted.albedo_volume);
+    EXPECT_NEAR(painted.albedo_volume->at({0.15, 0, 0}).y, 0.375, 1e-6);
+    write(0.5f);
+    refused(lens + "face = { albedo_volume = \"graded_faces.vdb\" }\n", {"albedo", "1.5", "between 0 and 1"});
+    refused(lens + "face = { albedo = 1.2 }\n", {"albedo", "1.2"});
+    refused(lens + "face = { roughness = -0.1 }\n", {"roughness", "-0.1"});
+    refused(lens + "face = { rouhgness = 0.1 }\n", {"roughness"});
+    refused(lens + "face = { albedo = 0.1, albedo_volume = \"graded_faces.vdb\" }\n", {"albedo_volume"});
+    refused(lens + "face = 0.5\n", {"'face'", "table"});
+    refused("ior = 1.5\nface = { albedo = 0.5 }\n", {"'face'", "'index'"});
+    std::filesystem::remove(path);
+}
+
 TEST(GradedMedia, AFileMustHoldAnIndex) {
     openvdb::initialize();
     const std::string path = ::testing::TempDir() + "/graded_bad.vdb";

@@ -61,6 +61,22 @@ TEST(Solids, TheLastOfSeveralIsThere) {
     EXPECT_EQ(absorption({0.15, 0.15, 0.15}), 2.0f);
 }
 
+TEST(Solids, PaintIsThatOfTheBodyThatFillsTheVoxel) {
+    Monitor monitor;
+    std::vector<Solid> bodies{solid(boxMesh({-0.2, -0.2, -0.2}, {0.2, 0.2, 0.2}), 1.5),
+                              solid(boxMesh({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.107}), 1.6)};
+    EXPECT_TRUE(voxelise(bodies, 0.02, 1, monitor).albedo.empty());
+    bodies[1].albedo = {0.2, 0.4, 0.8};
+    const SolidVolume volume = voxelise(bodies, 0.02, 1, monitor);
+    const auto blue = [&](const glm::dvec3& world) {
+        const glm::ivec3 p = glm::ivec3(glm::floor(world / volume.voxel_size)) - volume.min;
+        return volume.albedo[3 * volume.flat(p.x, p.y, p.z) + 2];
+    };
+    EXPECT_EQ(blue({0.001, 0.001, 0.001}), 0.8f);
+    EXPECT_EQ(blue({0.001, 0.001, 0.103}), 0.8f) << "a third of the voxel is enough";
+    EXPECT_EQ(blue({0.001, 0.001, 0.15}), 0.0f);
+}
+
 TEST(Solids, ProfilesTurnAboutTheAxis) {
     Monitor monitor;
     // A hollow cylinder, whichever way its outline goes.

@@ -58,6 +58,15 @@ struct PlacedObject {
     std::array<float, 16> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 };
 
+/// Radiance from all directions as nine spherical harmonics, per channel: the integral over all directions of radiance
+/// times Y_lm, real, in the order (0, 0), (1, -1), (1, 0), (1, 1), (2, -2) ... (2, 2), Z up. All that a matte face sees
+/// of it (Ramamoorthi and Hanrahan, An Efficient Representation for Irradiance Environment Maps, SIGGRAPH 2001).
+using Harmonics = std::array<std::array<float, 3>, 9>;
+
+/// Those of an environment by longitude and latitude, as Surroundings::environment has it: four floats a texel, row 0
+/// looks down.
+Harmonics environmentHarmonics(const float* rgba, int width, int height);
+
 /// What is behind and around the objects.
 struct Surroundings {
     /// 2D texture of all directions by longitude and latitude, Z up, its middle along +x and its left half towards +y
@@ -65,6 +74,8 @@ struct Surroundings {
     unsigned environment = 0;
     float colour[3] = {1, 1, 1};  ///< factor on the environment
     float turn = 0;               ///< of the environment about z [radians]
+    /// Of `environment`: needed where a face of an object has an albedo. Without an environment `colour` is enough.
+    std::optional<Harmonics> harmonics{};
     /// What has been drawn without the objects: where a bent ray meets a surface of the G-buffer, it sees this. Of the
     /// G-buffer's size, not the target's own texture. 0: the environment alone.
     unsigned radiance = 0;
@@ -102,7 +113,8 @@ struct BentRayOptions {
 };
 
 /// Draws what is seen through and in index volumes: refracted and reflected surroundings, coloured attenuation,
-/// emission, and the light of light volumes that the objects scatter. Objects are seen through objects.
+/// emission, the light of light volumes that the objects scatter, and what matte or rough faces send back of it.
+/// Objects are seen through objects.
 class BentRayPass {
 public:
     static constexpr int kMostObjects = 16;
@@ -117,7 +129,7 @@ public:
     /// there is nothing opaque), world_from_clip and camera are needed. Objects that overlap add up; one with sharp
     /// sides must not overlap others. What is opaque inside of an object's box is seen only where the ray to it is
     /// straight.
-    /// @param light  of the world; what scattering objects show of it
+    /// @param light  of the world; what scattering objects and faces show of it
     /// @return Error{Usage} for what makes no sense, Error{Shader}
     Status draw(const GBuffer& surfaces, const Target& target, const GpuIndexVolumes& objects,
                 const std::vector<PlacedObject>& placed, const Surroundings& surroundings,
@@ -126,9 +138,10 @@ public:
     /// For a shader of the game's own that includes bentGlsl(): binds the objects' textures to units 5 to 10 and their
     /// parameters to uniform buffer binding 1, where they stay.
     /// @param origin  of the places that photicBentRadiance() takes [m], three numbers: the camera as a rule
+    /// @param surroundings  of which only what matte faces see of it counts
     /// @return Error{Usage}
     Status bind(const float* origin, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
-                const BentRayOptions& options = {});
+                const BentRayOptions& options = {}, const Surroundings& surroundings = {});
 
     void abandon();
 

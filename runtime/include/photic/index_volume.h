@@ -36,6 +36,12 @@ struct Attenuation {
     bool face = false;            ///< a face goes through here
 };
 
+/// How a face sends light back besides Fresnel's mirror.
+struct FaceReflection {
+    Vec3 albedo;           ///< per channel: share of the light that arrives which goes back evenly to all sides
+    double roughness = 0;  ///< of highlights, GGX's alpha is its square; 0: there are none
+};
+
 struct IndexVolumeData;
 
 /// One object, in air.
@@ -53,9 +59,14 @@ public:
     /// Trilinear between nodes; nothing outside of the object's box.
     Attenuation attenuation(const Vec3& world) const;
 
+    /// Of a face, or a sharp side, at a place: trilinear between nodes; nothing outside of the object's box.
+    FaceReflection faceReflection(const Vec3& world) const;
+
     bool disperses() const;
     bool attenuates() const;
     bool shines() const;
+    /// Its faces send light back besides Fresnel's mirror.
+    bool reflects() const;
     /// The object ends at its box as at a polished face; otherwise its index goes to 1 before the box ends.
     bool sharpSides() const;
     std::array<int, 3> nodes() const;
