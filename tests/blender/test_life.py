@@ -105,15 +105,16 @@ class Life(unittest.TestCase):
         bpy.ops.photic.bake()
         self.water.hide_render = bpy.data.objects["Sun"].hide_render = True
         scenes.camera((0, 0, -0.5), (0, 0, -1), orthographic=1)
-        first = render("CYCLES", 16)[..., :3]
+        first = {engine: render(engine, 16)[..., :3] for engine in ENGINES}
         self.water.hide_render = bpy.data.objects["Sun"].hide_render = False
         bpy.data.lights["Sun"].energy = 6.0
         self.water.location.x = 0.4
         bpy.ops.photic.bake()
         self.water.hide_render = bpy.data.objects["Sun"].hide_render = True
-        second = render("CYCLES", 16)[..., :3]
-        self.assertGreater(second.mean(), 1.7 * first.mean())
-        self.assertGreater(numpy.abs(second / second.mean() - first / first.mean()).max(), 0.1)
+        for engine in ENGINES:
+            second = render(engine, 16)[..., :3]
+            self.assertGreater(second.mean(), 1.7 * first[engine].mean(), engine)
+            self.assertGreater(numpy.abs(second / second.mean() - first[engine] / first[engine].mean()).max(), 0.1, engine)
 
     def water_seen(self, engine):
         """The light in the water, from the side."""
