@@ -30,18 +30,23 @@ struct BentTube {
     std::uint32_t corner[3];  ///< in TubeSet::corners
 };
 
-/// Calls visit(BentTube) for each that carries power.
+/// Calls visit(BentTube) for each of a block that carries power.
+template <class Visit>
+void forEachTube(const TubeSet& set, const TubeBlock& block, const Visit& visit) {
+    for (std::uint32_t t = 0; t < block.topology->triangles.size(); ++t) {
+        const BentTube tube{block.first_tube + t,
+                            {block.first_corner + block.topology->triangles[t].corner[0],
+                             block.first_corner + block.topology->triangles[t].corner[1],
+                             block.first_corner + block.topology->triangles[t].corner[2]}};
+        const float* power = set.tubes[tube.number].power;
+        if (power[0] > 0 || power[1] > 0 || power[2] > 0) visit(tube);
+    }
+}
+
+/// The same of all blocks.
 template <class Visit>
 void forEachTube(const TubeSet& set, const Visit& visit) {
-    for (const TubeBlock& block : set.blocks)
-        for (std::uint32_t t = 0; t < block.topology->triangles.size(); ++t) {
-            const BentTube tube{block.first_tube + t,
-                                {block.first_corner + block.topology->triangles[t].corner[0],
-                                 block.first_corner + block.topology->triangles[t].corner[1],
-                                 block.first_corner + block.topology->triangles[t].corner[2]}};
-            const float* power = set.tubes[tube.number].power;
-            if (power[0] > 0 || power[1] > 0 || power[2] > 0) visit(tube);
-        }
+    for (const TubeBlock& block : set.blocks) forEachTube(set, block, visit);
 }
 
 /// Where a tube crosses a plane in a layer, and what it leaves there.

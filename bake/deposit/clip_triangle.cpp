@@ -42,7 +42,7 @@ double sourceFraction(const ClipPolygon& p) {
 
 void depositClipped(TileSums& tile, int lane, const float x[3], const float y[3], const float* amounts) {
     const double xs[3] = {x[0], x[1], x[2]}, ys[3] = {y[0], y[1], y[2]};
-    shareAmongCells(xs, ys, tile.columns, tile.rows, [&](int row, int column, double fraction) {
+    shareAmongCells(xs, ys, tile.columns, {0, tile.rows}, [&](int row, int column, double fraction) {
         addToVoxel(tile, lane, row, column, amounts, fraction);
     });
 }

@@ -42,17 +42,23 @@ inline ClipPolygon wholeTriangle(const double x[3], const double y[3]) {
     return {{{x[0], y[0], 0, 0}, {x[1], y[1], 1, 0}, {x[2], y[2], 0, 1}}, 3};
 }
 
+/// Some rows of a grid.
+struct RowRange {
+    int first, end;
+};
+
 /// Calls visit(row, column, fraction) for the cells of a grid, a unit wide, that a triangle lies in, with the share of
-/// the source triangle that each gets: sub-cell exact at any size, and where the image of the triangle collapses.
+/// the source triangle that each gets: sub-cell exact at any size, and where the image of the triangle collapses. Of
+/// some rows the shares are the same bits as of all.
 template <class Visit>
-void shareAmongCells(const double x[3], const double y[3], int columns, int rows, const Visit& visit) {
+void shareAmongCells(const double x[3], const double y[3], int columns, RowRange rows, const Visit& visit) {
     const auto [least_x, most_x] = std::minmax({x[0], x[1], x[2]});
     const auto [least_y, most_y] = std::minmax({y[0], y[1], y[2]});
-    if (!(most_x > 0 && most_y > 0 && least_x < columns && least_y < rows)) return;
+    if (!(most_x > 0 && most_y > rows.first && least_x < columns && least_y < rows.end)) return;
     const int first_column = std::max(0, static_cast<int>(std::floor(least_x)));
     const int last_column = std::min(columns - 1, static_cast<int>(std::floor(most_x)));
-    const int first_row = std::max(0, static_cast<int>(std::floor(least_y)));
-    const int last_row = std::min(rows - 1, static_cast<int>(std::floor(most_y)));
+    const int first_row = std::max(rows.first, static_cast<int>(std::floor(least_y)));
+    const int last_row = std::min(rows.end - 1, static_cast<int>(std::floor(most_y)));
     if (least_x >= first_column && most_x <= first_column + 1 && least_y >= first_row && most_y <= first_row + 1) {
         visit(first_row, first_column, 1.0);
         return;

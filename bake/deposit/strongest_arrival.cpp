@@ -52,14 +52,23 @@ void ArrivalSums::add(const ArrivalSums& o) {
     all_squares += o.all_squares, left_out_squares += o.left_out_squares;
 }
 
+/// A tube on one plane of a layer.
+struct StrongestArrival::Landed {
+    double x[3], y[3];  // [voxels] from the frame's first column and row
+    double mean = 0;    // [W m], of the channels
+    float amounts[6];   // [W m]
+    glm::ivec2 cell{0};
+    std::int32_t flipped = 0;
+};
+
 /// The part of a tube that lies in a voxel.
 struct StrongestArrival::Piece {
     std::uint32_t column = 0;  // of the layer, row by row
     std::int32_t flipped = 0;
     glm::ivec2 cell{0};
-    std::uint32_t amounts = 0;  // in Layer::amounts
+    std::uint32_t landed = 0;  // in Layer::landed
     float share = 0;
-    auto order() const { return std::tie(column, flipped, cell.y, cell.x, amounts); }
+    auto order() const { return std::tie(column, flipped, cell.y, cell.x, landed); }
 };
 
 /// All parts of an arrival in a voxel.
@@ -79,14 +88,14 @@ struct StrongestArrival::Kept {
     float mean = 0, total = 0;  // [W m]
 };
 
+/// What lands in one layer, sorted into strips of rows that lie in the same leaves of voxels: each is worked on by
+/// itself, which bounds the pieces at hand.
 struct StrongestArrival::Layer {
-    struct Amounts {
-        float values[6];
-        double mean;
-    };
-    std::vector<Amounts> amounts;
-    std::vector<Piece> pieces;
-    std::vector<Arriving> arrivals;
+    int columns = 0;
+    std::vector<RowRange> strips;
+    std::vector<Landed> landed;
+    std::vector<std::uint32_t> sorted;  // numbers of landed tubes, strip by strip
+    std::vector<std::size_t> begins;    // of each strip in them, and their end
     double expected = 0;
 };
 
@@ -95,45 +104,90 @@ StrongestArrival::StrongestArrival(std::shared_ptr<const NeededVoxels> needed, F
 StrongestArrival::~StrongestArrival() = default;
 StrongestArrival::StrongestArrival(StrongestArrival&&) noexcept = default;
 
-void StrongestArrival::gather(std::span<const BentTubes> tubes, const Slab& slab, int lane,
-                              std::span<const LayerPoint> points, Layer& out) const {
+void StrongestArrival::land(std::span<const BentTubes> tubes, const Slab& slab, int lane,
+                            std::span<const LayerPoint> points, Layer& out) const {
     const GridFrame& frame = field_.frame();
-    for (const BentTubes& of : tubes) {
-        const auto axes = axesFor(of.set.axis);
-        const int columns = frame.max[axes[0]] - frame.min[axes[0]] + 1,
-                  rows = frame.max[axes[1]] - frame.min[axes[1]] + 1;
+    const auto axes = axesFor(tubes.front().set.axis);
+    out.columns = frame.max[axes[0]] - frame.min[axes[0]] + 1;
+    const int first_row = frame.min[axes[1]], rows = frame.max[axes[1]] - first_row + 1;
+    for (int row = 0; row < rows; ++row) {
+        if (row == 0 || (first_row + row) % 8 == 0) out.strips.push_back({row, row});
+        out.strips.back().end = row + 1;
+    }
+    struct Part {
+        const BentTubes* of;
+        const TubeBlock* block;
+        std::vector<Landed> landed;
+        double expected = 0;
+    };
+    std::vector<Part> parts;
+    for (const BentTubes& of : tubes)
+        for (const TubeBlock& block : of.set.blocks) parts.push_back({&of, &block, {}, 0});
+    parallelFor(static_cast<std::int64_t>(parts.size()), [&](std::int64_t n) {
+        Part& part = parts[static_cast<std::size_t>(n)];
+        const BentTubes& of = *part.of;
         const double shift_u = of.bent.first_column[0] - frame.min[axes[0]] + 0.5,
-                     shift_v = of.bent.first_column[1] - frame.min[axes[1]] + 0.5;
-        forEachTube(of.set, [&](const BentTube& tube) {
+                     shift_v = of.bent.first_column[1] - first_row + 0.5;
+        forEachTube(of.set, *part.block, [&](const BentTube& tube) {
             for (const LayerPoint& point : points) {
                 TubeOnLayer at;
                 if (!crossLayer(of, tube, slab.first, lane, point, field_.channels(), at) || !(at.mean > 0)) continue;
-                const double x[3] = {at.u[0] + shift_u, at.u[1] + shift_u, at.u[2] + shift_u},
-                             y[3] = {at.v[0] + shift_v, at.v[1] + shift_v, at.v[2] + shift_v};
-                Piece piece;
-                piece.amounts = static_cast<std::uint32_t>(out.amounts.size());
-                piece.flipped = at.area2 * of.set.sense < 0 ? 1 : 0;
-                piece.cell = of.cells[tube.number];
-                const std::size_t before = out.pieces.size();
-                shareAmongCells(x, y, columns, rows, [&](int row, int column, double share) {
-                    piece.column = static_cast<std::uint32_t>(row * columns + column);
-                    piece.share = static_cast<float>(share);
-                    out.pieces.push_back(piece);
-                });
-                if (out.pieces.size() == before) continue;
-                Layer::Amounts amounts{};
-                std::copy_n(at.amounts, field_.channels().count(), amounts.values);
-                amounts.mean = at.mean;
-                out.amounts.push_back(amounts);
-                out.expected += at.mean * fractionInside(x, y, columns, rows);
+                Landed landed{};
+                for (int i = 0; i < 3; ++i) landed.x[i] = at.u[i] + shift_u, landed.y[i] = at.v[i] + shift_v;
+                const double inside = fractionInside(landed.x, landed.y, out.columns, rows);
+                if (!(inside > 0)) continue;
+                landed.mean = at.mean;
+                std::copy_n(at.amounts, field_.channels().count(), landed.amounts);
+                landed.cell = of.cells[tube.number];
+                landed.flipped = at.area2 * of.set.sense < 0 ? 1 : 0;
+                part.landed.push_back(landed);
+                part.expected += at.mean * inside;
             }
         });
+    });
+    for (const Part& part : parts) {
+        out.landed.insert(out.landed.end(), part.landed.begin(), part.landed.end());
+        out.expected += part.expected;
+    }
+    // Into strips, in the tubes' order.
+    const auto stripsOf = [&](const Landed& landed) {
+        const auto [least, most] = std::minmax({landed.y[0], landed.y[1], landed.y[2]});
+        const auto strip = [&](double y) {
+            const int row = static_cast<int>(std::clamp(std::floor(y), 0.0, rows - 1.0));
+            return static_cast<std::size_t>(((first_row + row) >> 3) - (first_row >> 3));
+        };
+        return std::pair(strip(least), strip(most));
+    };
+    out.begins.assign(out.strips.size() + 1, 0);
+    for (const Landed& landed : out.landed) {
+        const auto [first, last] = stripsOf(landed);
+        for (std::size_t s = first; s <= last; ++s) ++out.begins[s + 1];
+    }
+    std::partial_sum(out.begins.begin(), out.begins.end(), out.begins.begin());
+    out.sorted.resize(out.begins.back());
+    std::vector<std::size_t> next(out.begins.begin(), out.begins.end() - 1);
+    for (std::uint32_t n = 0; n < out.landed.size(); ++n) {
+        const auto [first, last] = stripsOf(out.landed[n]);
+        for (std::size_t s = first; s <= last; ++s) out.sorted[next[s]++] = n;
     }
 }
 
+/// Pieces in the rows of a strip.
+std::vector<StrongestArrival::Piece> StrongestArrival::gather(const Layer& layer, std::size_t strip) const {
+    std::vector<Piece> pieces;
+    for (std::size_t i = layer.begins[strip]; i < layer.begins[strip + 1]; ++i) {
+        const Landed& landed = layer.landed[layer.sorted[i]];
+        shareAmongCells(landed.x, landed.y, layer.columns, layer.strips[strip], [&](int row, int column, double share) {
+            pieces.push_back({static_cast<std::uint32_t>(row * layer.columns + column), landed.flipped, landed.cell,
+                              layer.sorted[i], static_cast<float>(share)});
+        });
+    }
+    return pieces;
+}
+
 /// Joins the pieces that hang together in each voxel.
-void StrongestArrival::join(Layer& layer) const {
-    std::vector<Piece>& pieces = layer.pieces;
+std::vector<StrongestArrival::Arriving> StrongestArrival::join(const Layer& layer, std::vector<Piece> pieces) const {
+    std::vector<Arriving> arrivals;
     std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.order() < b.order(); });
     const auto precedes = [](const Piece& a, const glm::ivec2& cell) {
         return a.cell.y != cell.y ? a.cell.y < cell.y : a.cell.x < cell.x;
@@ -163,26 +217,28 @@ void StrongestArrival::join(Layer& layer) const {
             const Piece& piece = first[i];
             std::int64_t& number = arrival_of[groups.of(i)];
             if (number < 0) {
-                number = static_cast<std::int64_t>(layer.arrivals.size());
-                layer.arrivals.push_back({piece.column, piece.flipped, {piece.cell, piece.cell}, 0, {}});
+                number = static_cast<std::int64_t>(arrivals.size());
+                arrivals.push_back({piece.column, piece.flipped, {piece.cell, piece.cell}, 0, {}});
             }
-            Arriving& arrival = layer.arrivals[static_cast<std::size_t>(number)];
-            const Layer::Amounts& amounts = layer.amounts[piece.amounts];
+            Arriving& arrival = arrivals[static_cast<std::size_t>(number)];
+            const Landed& landed = layer.landed[piece.landed];
             arrival.cells.add({piece.cell, piece.cell});
-            arrival.mean += double(piece.share) * amounts.mean;
-            for (int k = 0; k < channels; ++k) arrival.amounts[k] += double(piece.share) * double(amounts.values[k]);
+            arrival.mean += double(piece.share) * landed.mean;
+            for (int k = 0; k < channels; ++k) arrival.amounts[k] += double(piece.share) * double(landed.amounts[k]);
         }
     }
+    return arrivals;
 }
 
 /// Keeps the strongest of each voxel.
-void StrongestArrival::keep(const Layer& layer, int axis, int w, double& left_out, double& unneeded) {
+void StrongestArrival::keep(const std::vector<Arriving>& arrivals, int axis, int w, double& left_out,
+                            double& unneeded) {
     const NeededVoxels& needed = field_.needed();
     const GridFrame& frame = field_.frame();
     const auto axes = axesFor(axis);
     const auto columns = static_cast<std::uint32_t>(frame.max[axes[0]] - frame.min[axes[0]] + 1);
     const double per_volume = 1 / frame.voxelVolume();
-    for (const Arriving& arrival : layer.arrivals) {
+    for (const Arriving& arrival : arrivals) {
         glm::ivec3 voxel;
         voxel[axes[0]] = frame.min[axes[0]] + static_cast<int>(arrival.column % columns);
         voxel[axes[1]] = frame.min[axes[1]] + static_cast<int>(arrival.column / columns);
@@ -219,25 +275,17 @@ void StrongestArrival::keep(const Layer& layer, int axis, int w, double& left_ou
 void StrongestArrival::lay(std::span<const BentTubes> tubes, const Slab& slab, int points, DepositTotals& totals) {
     if (tubes.empty()) return;
     const std::vector<LayerPoint> rule = gaussPoints(points);
-    std::vector<Layer> layers(static_cast<std::size_t>(slab.active));
-    parallelFor(slab.active, [&](std::int64_t lane) {
-        Layer& layer = layers[static_cast<std::size_t>(lane)];
-        gather(tubes, slab, static_cast<int>(lane), rule, layer);
-        join(layer);
-        layer.pieces = {}, layer.amounts = {};
-    });
-    const auto groups = lanesByLeaf(slab);
-    std::vector<double> left_out(layers.size(), 0.0), unneeded(layers.size(), 0.0);
-    parallelFor(static_cast<std::int64_t>(groups.size()), [&](std::int64_t g) {
-        const auto& [from, to] = groups[static_cast<std::size_t>(g)];
-        for (int lane = from; lane < to; ++lane) {
-            const auto l = static_cast<std::size_t>(lane);
-            keep(layers[l], tubes.front().set.axis, slab.first + lane, left_out[l], unneeded[l]);
-        }
-    });
-    for (std::size_t l = 0; l < layers.size(); ++l) {
-        totals.expected += layers[l].expected - unneeded[l];
-        left_out_ += left_out[l];
+    for (int lane = 0; lane < slab.active; ++lane) {
+        Layer layer;
+        land(tubes, slab, lane, rule, layer);
+        std::vector<double> left_out(layer.strips.size(), 0.0), unneeded(layer.strips.size(), 0.0);
+        parallelFor(static_cast<std::int64_t>(layer.strips.size()), [&](std::int64_t n) {
+            const auto strip = static_cast<std::size_t>(n);
+            keep(join(layer, gather(layer, strip)), tubes.front().set.axis, slab.first + lane, left_out[strip],
+                 unneeded[strip]);
+        });
+        totals.expected += layer.expected - std::accumulate(unneeded.begin(), unneeded.end(), 0.0);
+        left_out_ += std::accumulate(left_out.begin(), left_out.end(), 0.0);
     }
 }
 

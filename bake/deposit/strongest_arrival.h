@@ -31,7 +31,9 @@ struct ArrivalSums {
 /// edge kernel, so that all arrivals together are what voxelise() gives. The paper compares single patches, whose
 /// energy does not depend on how many of them a voxel got.
 ///
-/// Cost: some half a microsecond a tube and layer. Memory: 36 bytes a voxel of lit leaves, besides the field.
+/// Cost: some half a microsecond a tube and layer. Memory: 36 bytes a voxel of lit leaves, besides the field; 112 bytes
+/// a tube in one layer; and for each thread the pieces of tubes in eight rows of a layer, 24 bytes each: where light is
+/// spread in long thin tubes there are thousands a voxel.
 class StrongestArrival {
 public:
     StrongestArrival(std::shared_ptr<const NeededVoxels> needed, FieldChannels channels);
@@ -58,11 +60,13 @@ private:
     struct Piece;
     struct Kept;
     struct Arriving;
+    struct Landed;
     struct Layer;
-    void gather(std::span<const BentTubes> tubes, const Slab& slab, int lane, std::span<const LayerPoint> points,
-                Layer& out) const;
-    void join(Layer& layer) const;
-    void keep(const Layer& layer, int axis, int w, double& left_out, double& unneeded);
+    void land(std::span<const BentTubes> tubes, const Slab& slab, int lane, std::span<const LayerPoint> points,
+              Layer& out) const;
+    std::vector<Piece> gather(const Layer& layer, std::size_t strip) const;
+    std::vector<Arriving> join(const Layer& layer, std::vector<Piece> pieces) const;
+    void keep(const std::vector<Arriving>& arrivals, int axis, int w, double& left_out, double& unneeded);
 
     LightField field_;
     std::vector<std::unique_ptr<std::vector<Kept>>> kept_;  // per slot
