@@ -7,9 +7,11 @@
 #include <filesystem>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "bake/cli/difference.h"
 #include "bake/cli/json.h"
+#include "bake/cli/scores.h"
 #include "bake/cli/verbs.h"
 #include "bake/cli/voxel_walk.h"
 #include "bake/file/output_set.h"
@@ -48,35 +50,6 @@ glm::ivec3 offsetBetween(const CompareArguments& arguments, const GridFrame& a, 
                 arguments.a + ", " + arguments.b);
 }
 
-/// Chi-squared and z scores of a - b in units of b's standard error, with part of b forgiven as bias.
-class Scores {
-public:
-    explicit Scores(double bias_allowance) : bias_(bias_allowance) {}
-    void add(double a, double b, double standard_error) {
-        if (!(standard_error > 0)) return;
-        const double beyond = std::max(0.0, std::fabs(a - b) - bias_ * std::fabs(b));
-        const double z = beyond / standard_error, plain = (a - b) / standard_error;
-        ++count_;
-        chi2_ += z * z, plain_chi2_ += plain * plain;
-        above3_ += z > 3 ? 1 : 0;
-        worst_ = std::max(worst_, z);
-    }
-    Json json() const {
-        const double n = std::max<double>(1, static_cast<double>(count_));
-        return {{"voxels", count_},
-                {"bias_allowance", bias_},
-                {"chi2_per_voxel", chi2_ / n},
-                {"chi2_per_voxel_without_allowance", plain_chi2_ / n},
-                {"share_above_3", static_cast<double>(above3_) / n},
-                {"worst_z", worst_}};
-    }
-
-private:
-    double bias_;
-    std::int64_t count_ = 0, above3_ = 0;
-    double chi2_ = 0, plain_chi2_ = 0, worst_ = 0;
-};
-
 Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, double& error) {
     terminal.progress("read", 0);
     // Lobes are parted by axes of their own: what is compared is all light.
@@ -97,7 +70,8 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     }
 
     Difference light, flow;
-    Scores scores(arguments.bias_allowance);
+    Scores scores(arguments.bias_allowance,
+                  arguments.most_standard_error.value_or(std::numeric_limits<double>::infinity()));
     glm::ivec3 worst_voxel{0};
     const auto visit = [&](const glm::ivec3& voxel) {
         for (int c = 0; c < b.field.channels().irradiance; ++c) {
@@ -110,7 +84,7 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
             for (int c = 0; c < 3; ++c) flow.add(fa[c], fb[c]);
         }
         if (sigma)
-            scores.add(a.field.irradiance(voxel + in_a), b.field.irradiance(voxel),
+            scores.add(voxel, a.field.irradiance(voxel + in_a), b.field.irradiance(voxel),
                        sigma->field.irradiance(voxel + in_sigma));
     };
     forEachVoxel(b.field.needed(), visit);
@@ -123,11 +97,17 @@ Json compareVolumes(const CompareArguments& arguments, Terminal& terminal, doubl
     Json irradiance = numbers(light);
     irradiance["worst"]["index"] = toJson(worst_voxel);
     irradiance["worst"]["world"] = toJson(b.field.frame().worldFromIndex(glm::dvec3(worst_voxel)));
+    Json scored(nullptr);
+    if (sigma) {
+        scored = scores.json();
+        scored["worst_index"] = toJson(scores.worstVoxel());
+        scored["worst_world"] = toJson(b.field.frame().worldFromIndex(glm::dvec3(scores.worstVoxel())));
+    }
     return {{"kind", "volume"},
             {"count", light.count() / b.field.channels().irradiance},
             {"irradiance", irradiance},
             {"flux", flux ? numbers(flow) : Json(nullptr)},
-            {"standard_error", sigma ? scores.json() : Json(nullptr)}};
+            {"standard_error", scored}};
 }
 
 Json compareImages(const CompareArguments& arguments, OutputSet& outputs, double& error) {
@@ -195,10 +175,15 @@ std::string describe(const Json& d) {
         if (!d["flux"].is_null()) text += fmt::format("\n{}", line("flux", d["flux"]));
         if (!d["standard_error"].is_null()) {
             const Json& s = d["standard_error"];
+            const auto number = [&](const char* key) { return s[key].get<double>(); };
             text += fmt::format(
-                "\nagainst the standard error of {} voxels: chi2/n {:.4f}, {:.3g} % above 3, worst z {:.2f}",
-                s["voxels"].get<std::int64_t>(), s["chi2_per_voxel"].get<double>(),
-                s["share_above_3"].get<double>() * 100, s["worst_z"].get<double>());
+                "\nagainst the standard error of {} voxels: chi2/n {:.4f}, {:.3g} % above 3, worst z {:.2f}; without "
+                "the "
+                "allowance of {:.3g} % {:.4f}, with it in quadrature {:.4f}; a bias of {:.3g} % in quadrature makes it "
+                "1",
+                s["voxels"].get<std::int64_t>(), number("chi2_per_voxel"), number("share_above_3") * 100,
+                number("worst_z"), 100 * number("bias_allowance"), number("chi2_per_voxel_without_allowance"),
+                number("chi2_per_voxel_in_quadrature"), 100 * number("bias_in_quadrature"));
         }
     } else {
         text += fmt::format(" at pixel ({}, {})", light["worst"]["pixel"][0].get<int>(),
@@ -222,6 +207,9 @@ int run(const CompareArguments& arguments, Terminal& terminal) {
         throw Error(ErrorCode::Usage, "--difference is for images; make pictures of the volumes first", "--difference");
     if (!volumes && !arguments.standard_error.empty())
         throw Error(ErrorCode::Usage, "--standard-error is for volumes", "--standard-error");
+    if (arguments.most_standard_error && arguments.standard_error.empty())
+        throw Error(ErrorCode::Usage, "--most-standard-error chooses voxels by the volume that --standard-error gives",
+                    "--most-standard-error");
 
     OutputSet outputs;
     outputs.reads("A", arguments.a);

@@ -268,6 +268,9 @@ void bindCompare(CLI::App& app, CompareArguments& a) {
     within(value(app.add_option("--bias-allowance", a.bias_allowance, "Relative bias that the scores forgive, 0 to 1"),
                  "SHARE"),
            0, 1);
+    positive(value(app.add_option("--most-standard-error", a.most_standard_error,
+                                  "Score only voxels whose standard error is at most this share of B's light"),
+                   "SHARE"));
     value(app.add_option("--difference", a.difference, "Write A - B as a colour-mapped PNG (images only)"), "FILE");
     app.add_flag("--json", a.json, "Print JSON on stdout");
 }

@@ -65,6 +65,7 @@ struct CompareArguments {
     std::optional<double> max_error;
     std::string standard_error;  ///< a volume whose irradiance is the standard error of b
     double bias_allowance = 0.005;
+    std::optional<double> most_standard_error;  ///< share of b's light that scored voxels may have at most
     std::string difference;  ///< PNG of a - b, images only
     bool json = false;
 };

@@ -168,10 +168,17 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
     const Surface& last = optics_.scene().surfaces[static_cast<std::size_t>(history.back().surface)];
     options.tubes.counts_dropped = !first_branch || branchesOf(last).size() == 1;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
-    options.refine.full_share = fullShare(optics_, history.front().surface);
+    options.refine.full_share = fullShare(optics_, history.front().surface), options.refine.faint = faintness();
     if (history.size() > 1 || optics_.scene().surfaces[static_cast<std::size_t>(history.front().surface)].closed)
         options.refine.tolerance *= kBodies;
     return options;
+}
+
+// What is off by faint light is to fall with the tolerance as the rest does, by its square.
+double HistoryLauncher::faintness() const {
+    constexpr double kUsual = RefineOptions{}.tolerance;
+    const double finer = options_.refine.tolerance > 0 ? std::min(1.0, options_.refine.tolerance / kUsual) : 1.0;
+    return finer * finer;
 }
 
 void HistoryLauncher::launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals) {
@@ -246,7 +253,7 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
             continue;
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;
-        part = withoutFaint(part, kFaintSeed * powerOnAVoxel(light));
+        part = withoutFaint(part, kFaintSeed * faintness() * powerOnAVoxel(light));
         for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, power, totals);
     }
 }
@@ -260,7 +267,7 @@ void HistoryLauncher::branchAt(const Light& light, const History& history, int s
         const History longer = continued(history, {surface, branch});
         const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
         LaunchOptions options = optionsFor(longer, first_branch);
-        options.from_roots = !totals.launched_parts && power < kFromRoots * light.emitted;
+        options.from_roots = !totals.launched_parts && power < kFromRoots * faintness() * light.emitted;
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);
         first_branch = false;

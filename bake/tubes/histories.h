@@ -73,6 +73,7 @@ private:
     void branchAt(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& seeds,
                   double power, LaunchTotals& totals);
     double powerOnAVoxel(const Light& light) const;
+    double faintness() const;
     LaunchOptions optionsFor(const History& history, bool first_branch) const;
     std::optional<Lattice> latticeFor(const Light& light, const LaunchDomain& domain) const;
     std::vector<Light> parted(const Light& light, int surface) const;

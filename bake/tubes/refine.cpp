@@ -174,7 +174,7 @@ double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
 }
 
 double Refiner::leastPower() const {
-    return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share;
+    return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share * options_.faint;
 }
 
 // Whether an edge stays whole whatever lies between its ends.

@@ -149,13 +149,14 @@ def box(name, low, high, waves=None, cells=1):
 
 def aquarium():
     def waves(x, y):
-        return (0.004 * math.sin(2 * math.pi * (x * 0.9 + y * 0.45) / 0.14)
-                + 0.003 * math.sin(2 * math.pi * (y * 0.8 - x * 0.6) / 0.09 + 1.0)
-                + 0.002 * math.sin(2 * math.pi * (x - 0.3 * y) / 0.06 + 2.0))
+        return (0.0022 * math.sin(2 * math.pi * (x * 0.9 + y * 0.45) / 0.16)
+                + 0.0012 * math.sin(2 * math.pi * (y * 0.8 - x * 0.6) / 0.10 + 1.0)
+                + 0.0006 * math.sin(2 * math.pi * (x - 0.3 * y) / 0.07 + 2.0))
     box("tank", (-0.30, -0.20, 0.20), (0.30, 0.20, 0.56))
     box("tank_water", (-0.29, -0.19, 0.21), (0.29, 0.19, 0.50), waves, 48)
-    # A hair wider than the water, whose sides it must not share.
-    box("tank_air", (-0.2905, -0.1905, 0.40), (0.2905, 0.1905, 0.60))
+    # Down to below the waves, where water is what is there, and a hair narrower than the water, whose sides it must not
+    # share.
+    box("tank_air", (-0.2895, -0.1895, 0.48), (0.2895, 0.1895, 0.60))
 
 
 def lens(cells=64, side=0.1, thickness=0.008, index=1.49, distance=0.25):

@@ -321,6 +321,22 @@ TEST(Bake, StandardErrorOfPhotonsScoresThem) {
     EXPECT_GT(scores["chi2_per_voxel"].get<double>(), 1.6);
     EXPECT_LT(scores["chi2_per_voxel"].get<double>(), 5);
     EXPECT_EQ(scores["chi2_per_voxel"], scores["chi2_per_voxel_without_allowance"]);
+    EXPECT_EQ(scores["chi2_per_voxel"], scores["chi2_per_voxel_in_quadrature"]);
+    // Of two equally noisy bakes, what the one's noise does not explain is as large as that noise.
+    const Outcome sharp = photic(place, {"compare", "a.vdb", "b.vdb", "--standard-error", "se.vdb", "--json",
+                                         "--most-standard-error", "0.05", "--bias-allowance", "0.02"});
+    ASSERT_EQ(sharp.code, 0) << sharp.err;
+    const auto few = sharp.json()["standard_error"];
+    EXPECT_LT(few["voxels"].get<int>(), scores["voxels"].get<int>());
+    EXPECT_GT(few["voxels"].get<int>(), 100);
+    EXPECT_GT(few["bias_in_quadrature"].get<double>(), 0.005);
+    EXPECT_LT(few["bias_in_quadrature"].get<double>(), 0.08);
+    EXPECT_LT(few["chi2_per_voxel_in_quadrature"], few["chi2_per_voxel_without_allowance"]);
+    const Outcome same = photic(place, {"compare", "b.vdb", "b.vdb", "--standard-error", "se.vdb", "--json"});
+    EXPECT_EQ(same.json()["standard_error"]["bias_in_quadrature"], 0.0);
+    const Outcome alone = photic(place, {"compare", "a.vdb", "b.vdb", "--most-standard-error", "0.05"});
+    EXPECT_EQ(alone.code, 2);
+    EXPECT_NE(alone.err.find("--standard-error gives"), std::string::npos) << alone.err;
     // Beams know none.
     const Outcome refused =
         photic(place, {"bake", "pool.toml", "-o", "c.vdb", "--method", "beams", "--standard-error", "x.vdb"});
