@@ -12,7 +12,8 @@
 namespace photic {
 namespace {
 
-constexpr double kMirrorReach = 2;  // sizes of the mirrors that their light is followed over, where receivers go on
+// Sizes of the mirrors, or of the water over a lamp, that their light is followed over, where receivers go on.
+constexpr double kReach = 2;
 
 Bounds3 boundsOf(const TriangleMesh& mesh) {
     Bounds3 box;
@@ -93,6 +94,15 @@ bool mirrors(const Surface& surface) {
     return surface.event == SurfaceEvent::Mirror || surface.event == SurfaceEvent::Reflect;
 }
 
+/// Whether a lamp stands in the water, whose light comes out of it.
+bool shinesUp(const Scene& scene) {
+    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
+        return light.position && std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const Surface& surface) {
+                   return surface.height_field && light.position->z < surface.height_field->maxZ();
+               });
+    });
+}
+
 /// Whether a surface lies across the way down, as open water does.
 bool liesFlat(const Surface& surface) {
     if (surface.height_field) return true;
@@ -161,16 +171,16 @@ Bounds3 sceneBounds(const Scene& scene) {
 Bounds3 lightBounds(const Scene& scene) {
     const Bounds3 bending = bendingBounds(scene, true);
     if (bending.empty()) return bending;
-    const bool any_mirror = std::any_of(scene.surfaces.begin(), scene.surfaces.end(), mirrors);
+    const bool goes_up = std::any_of(scene.surfaces.begin(), scene.surfaces.end(), mirrors) || shinesUp(scene);
     const bool open_water =
         !scene.surfaces.empty() && std::all_of(scene.surfaces.begin(), scene.surfaces.end(), liesFlat);
     const std::vector<Bounds3> receivers = receiverBounds(scene, bending);
     Bounds3 box = bending;
     for (const Bounds3& receiver : receivers) box.min.z = std::min(box.min.z, receiver.min.z);
     if (!open_water) addShadow(scene, box);
-    if (any_mirror) {
+    if (goes_up) {
         const glm::dvec3 size = bending.max - bending.min;
-        const double reach = kMirrorReach * std::max({size.x, size.y, size.z});
+        const double reach = kReach * std::max({size.x, size.y, size.z});
         for (const Bounds3& receiver : receivers) {
             box.min = glm::min(box.min, glm::max(receiver.min, bending.min - reach));
             box.max = glm::max(box.max, glm::min(receiver.max, bending.max + reach));

@@ -20,8 +20,9 @@ struct Bounds3 {
 Bounds3 sceneBounds(const Scene& scene);
 
 /// What bends light, and where its light goes down to what receives it ([domain] fit = "light"): over the footprint of
-/// open water, and of glass where the lights throw its shadow. Around mirrors what receives light counts up to two of
-/// their sizes away. Wide open water without a medium is cropped to the fixed receivers' footprint.
+/// open water, and of glass where the lights throw its shadow. Around mirrors, and around water with a lamp
+/// in it, what receives light counts up to two of their sizes away. Wide open water without a medium is cropped to the
+/// fixed receivers' footprint.
 Bounds3 lightBounds(const Scene& scene);
 
 }  // namespace photic

@@ -218,6 +218,14 @@ TEST_F(SceneTest, ADomainThatFitsTheLight) {
     const std::string room = "[[object]]\nbox = { min = [-2, -30, -1.5], max = [3, 30, 9] }\n";
     is(box("[[surface]]\nkind = \"sphere\"\nposition = [0, 0, 0]\nradius = 1\nevent = \"mirror\"\n", room),
        {-2.25, -5, -1.5}, {3, 5, 5});
+    // So does that of a lamp in the water: to the ceiling, where there is one, and not to one out of reach.
+    const std::string ceiling = "[[object]]\nplane = { point = [0, 0, 5], normal = [0, 0, -1] }\n",
+                      sky = "[[object]]\nplane = { point = [0, 0, 50], normal = [0, 0, -1] }\n";
+    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, -2]\npower = 1\n";
+    is(box(water, floor + ceiling), {-4, -4, -3}, {4, 4, 5});
+    is(box(water, floor + sky), {-4, -4, -3}, {4, 4, 0.25 + 2 * 8});
+    text.light = "[[light]]\ntype = \"point\"\nposition = [0, 0, 2]\npower = 1\n";
+    is(box(water, floor + ceiling), {-4, -4, -3}, {4, 4, 0.25});
     text.domain = "[domain]\nresolution = 100\nfit = \"light\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
     EXPECT_THROW(load(text), Error);
 }
