@@ -164,7 +164,7 @@ std::string gradedSpaceRefusal(const Scene& scene) {
 }
 
 GradedSpace::GradedSpace(const Scene& scene, const GridFrame& frame, const Sampling& sampling)
-    : frame_(frame), fit_(sampling.fit), all_light_(scene.bake.paths == Paths::All) {
+    : frame_(frame), fit_(sampling.fit), rim_(sampling.rim), all_light_(scene.bake.paths == Paths::All) {
     if (scene.index->objects().size() > 255)
         throw Error(ErrorCode::Input, fmt::format("{} media have an index that varies; up to 255 are baked",
                                                   scene.index->objects().size()));
@@ -407,7 +407,10 @@ void GradedSpace::sample(Part& part, int channel, Monitor& monitor) {
     const double contrast = std::max(index.largest() - 0.5, 0.5 - index.least());
     space.least_lit = all_light_      ? -1.0f
                       : part.enclosed ? std::numeric_limits<float>::infinity()
-                                      : static_cast<float>((index.fit() == SplineFit::Plain ? 0.25 : 0.01) * contrast);
+                                      : static_cast<float>((rim_ > 0                          ? rim_
+                                                            : index.fit() == SplineFit::Plain ? 0.25
+                                                                                              : 0.01) *
+                                                           contrast);
 }
 
 void GradedSpace::layMedia(Part& part, int channel) const {

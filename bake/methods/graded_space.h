@@ -57,7 +57,8 @@ public:
     struct Sampling {
         int disc_samples = 1;  ///< directions on the sun's disc that light may come from
         SplineFit fit = SplineFit::Auto;
-        int steps = 1;  ///< of a front's ray, a layer
+        int steps = 1;   ///< of a front's ray, a layer
+        double rim = 0;  ///< share of the largest difference of n^2 that counts as being in a medium; 0: by the fit
     };
     /// @throws Error{Input} for more than 255 media
     GradedSpace(const Scene& scene, const GridFrame& frame, const Sampling& sampling);
@@ -146,6 +147,7 @@ private:
     FrontBox target_;
     FrontSpace box_, known_;  // that light crosses; known: before it was widened
     SplineFit fit_;
+    double rim_;
     bool all_light_;  // counts, also beside the media
     double jump_ = 0;
     std::int64_t bytes_ = 0;

@@ -47,6 +47,9 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
                    "voxels of their middles, the strongest kept, none beyond caustics"),
         bindOption("smooth", &WavefrontOptions::smooth, {0, 4}, "voxels",
                    "standard deviation by which the paper's preset blurs n"),
+        bindOption("rim", &WavefrontOptions::rim, {0, 0.9}, "",
+                   "share of the largest difference of n^2 from the air's from which on light counts as having been in "
+                   "a medium; 0: a hundredth, and a quarter where faces are sharp"),
     };
     return bindings;
 }
@@ -77,7 +80,7 @@ public:
         : scene_(scene),
           options_(options),
           frame_(frame),
-          medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps}),
+          medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps, options.rim}),
           monitor_(monitor) {
         obstacles_.emplace(scene, frame, medium_.space().low, medium_.space().high, medium_.optics());
         medium_.followTurns(options.turns);

@@ -24,6 +24,7 @@ struct WavefrontOptions {
     WavefrontArrivals arrivals = WavefrontArrivals::All;
     WavefrontPreset preset = WavefrontPreset::None;
     double smooth = 0.7;  ///< [voxels] standard deviation by which the preset blurs n
+    double rim = 0;       ///< share of the largest difference of n^2 from the air's that counts as being in a medium
 };
 
 /// The row of the catalogue: fronts of light through media whose index varies, marched plane by plane into the kernel

@@ -89,7 +89,7 @@ std::string domain(double voxel) {
 
 /// Through samples of the ball's index.
 /// @param width  standard deviation by which they are smoothed [voxels]
-Bake smoothed(double voxel, int width) {
+Bake smoothed(double voxel, int width, double rim = 0) {
     Monitor monitor;
     SolidVolume solid =
         voxelise({{"ball", "test", sphereMesh(glm::dvec3(0), kRadius, 96), kIndex}}, voxel, 20, monitor);
@@ -103,7 +103,9 @@ Bake smoothed(double voxel, int width) {
     object.index = {
         makeSampledIndex(std::make_shared<IndexVolume>(std::move(samples), 1.0), glm::dvec3(0), glm::dmat3(1))};
     scene.index = std::make_shared<IndexVolume>(std::vector<GradedObject>{object});
-    return bake(scene, with("spacing", 0.5));
+    GivenOptions options = with("spacing", 0.5);
+    if (rim > 0) options.merge(with("rim", rim));
+    return bake(scene, options);
 }
 
 const auto kAll = [](double) { return 1.0; };
@@ -124,6 +126,42 @@ TEST(Wavefront, ASmoothedBallGoesToTheSharpOne) {
     const double coarse = error(0.025, 1), fine = error(0.00625, 1);
     EXPECT_LT(narrow, 0.8 * coarse);
     EXPECT_LT(fine, 0.8 * narrow);
+}
+
+/// Power that meets what counts of a smoothed ball, over that which meets the ball. A ray that would pass the middle at
+/// b comes as near as r n(r) = b [Bouguer's law]: what reaches the rim is the least of r n(r) from there on.
+double metFrom(double rim, double deviation) {
+    const double root = std::sqrt(2.0) * deviation;
+    const auto indexAt = [&](double r) {
+        const double low = (kRadius - r) / root, high = (kRadius + r) / root;
+        const double tails =
+            deviation / (std::sqrt(2 * std::numbers::pi) * r) * (std::exp(-low * low) - std::exp(-high * high));
+        return 1 + (kIndex - 1) * (0.5 * (std::erf(low) + std::erf(high)) - tails);
+    };
+    double reach = 2 * kRadius;
+    for (double r = 2 * kRadius; r > 0.1 * kRadius; r -= 1e-5) {
+        reach = std::min(reach, r * indexAt(r));
+        if (indexAt(r) * indexAt(r) - 1 > rim * (kIndex * kIndex - 1)) break;
+    }
+    return reach * reach / (kRadius * kRadius);
+}
+
+TEST(Wavefront, LightCountsFromTheRimThatIsAsked) {
+    constexpr double kVoxel = 0.0125;
+    const auto power = [](int width, double rim) {
+        const Bake b = smoothed(kVoxel, width, rim);
+        const GridFrame& frame = b.field().frame();
+        double sum = 0;
+        for (int i = frame.min.x; i <= frame.max.x; ++i)
+            for (int j = frame.min.y; j <= frame.max.y; ++j)
+                sum -= b.field().flux({i, j, layerOf(frame)}).z * kVoxel * kVoxel;
+        return sum / (std::numbers::pi * kRadius * kRadius);
+    };
+    // Where faces are this wide, no ray is turned out of the domain.
+    const double deviation = kVoxel * std::sqrt(4.0 * 4.0 + 1.0 / 12);
+    EXPECT_NEAR(power(4, 0), metFrom(0.01, deviation), 0.02);
+    EXPECT_NEAR(power(4, 0.25), metFrom(0.25, deviation), 0.02);
+    EXPECT_NEAR(power(4, 0.5), metFrom(0.5, deviation), 0.02);
 }
 
 TEST(Wavefront, ASharpBallIsTheBeamsAndLosesWhatFresnelSays) {
