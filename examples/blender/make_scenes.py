@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the add-on's example files: pool, ocean (Blender's Ocean modifier) ring (a mirror) and glass
-(balls of glass and of gold).
+"""Makes the add-on's example files: pool, ocean (Blender's Ocean modifier) ring (a mirror), glass
+(balls of glass and of gold) and graded (glass whose index varies).
 
-    blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring|glass]... [--bake] [--small] [--again]
+    blender -b --factory-startup --python-exit-code 1 -P examples/blender/make_scenes.py -- FOLDER [pool|ocean|ring|glass|graded]... [--bake] [--small] [--again]
 
 Writes FOLDER/NAME.blend; with --bake also bakes it, saves it with its preview, and renders FOLDER/NAME.png
 by Cycles and FOLDER/NAME_eevee.png. With --small bake and pictures are half as fine, of a quarter of the samples.
@@ -137,6 +137,43 @@ def glass():
     scenes.camera((-0.35, -1.05, 0.62), (0.08, 0.04, 0.04), 42.0)
 
 
+def graded():
+    """A Luneburg lens, a die of soft glass and a rod lens that points at the sun: glass whose index varies."""
+    scene = scenes.empty()
+    world((0.5, 0.6, 0.75), 0.35)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=0.13, location=(-0.26, 0.0, 0.132))
+    lens = bpy.context.object
+    lens.name, lens.photic.graded.through = "Luneburg lens", "LENS"
+    bpy.ops.mesh.primitive_cube_add(size=0.15, location=(0.06, -0.06, 0.077), rotation=(0.0, 0.0, 0.15))
+    die = bpy.context.object
+    die.name = "Soft die"
+    die.modifiers.new("Bevel", "BEVEL").width = 0.025
+    die.modifiers["Bevel"].segments = 6
+    die.photic.graded.through, die.photic.graded.smooth = "SMOOTHED", 0.003
+    bpy.ops.mesh.primitive_cylinder_add(vertices=128, radius=0.055, depth=0.22, location=(0.3, 0.1, 0.139), rotation=(0.0, -0.776, 0.442))
+    rod = bpy.context.object
+    rod.name = "Rod lens"
+    rod.photic.graded.through, rod.photic.graded.faces, rod.photic.graded.focus = "ROD", True, 0.35
+    amber = scenes.glass("Amber", 1.3)
+    absorption = amber.node_tree.nodes.new("ShaderNodeVolumeAbsorption")
+    absorption.inputs["Color"].default_value, absorption.inputs["Density"].default_value = (1.0, 0.55, 0.15, 1.0), 6.0
+    out = next(n for n in amber.node_tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    amber.node_tree.links.new(absorption.outputs[0], out.inputs["Volume"])
+    for obj, made_of in ((lens, scenes.glass("Clear", 1.2)), (die, amber), (rod, scenes.glass("Rod glass", 1.6))):
+        obj.data.polygons.foreach_set("use_smooth", [True] * len(obj.data.polygons))
+        if hasattr(obj.data, "use_auto_smooth"):
+            obj.data.use_auto_smooth = True
+        elif obj == rod:
+            obj.data.set_sharp_from_angle(angle=math.radians(30))
+        obj.data.materials.append(made_of)
+    scenes.sheet("Table", 1.8, 1, lambda x, y: 0.0, scenes.material("Linen", Base_Color=(0.78, 0.74, 0.68, 1), Roughness=0.95), smooth=False)
+    scenes.sun(energy=3.0, angle_deg=0.0, direction=(0.55, 0.26, -0.62))
+    settings = scene.photic
+    settings.domain_from, settings.resolution = "CUSTOM", 320
+    settings.domain_min, settings.domain_max = (-0.45, -0.2, -0.01), (0.62, 0.4, 0.28)
+    scenes.camera((-0.2, -1.15, 0.72), (0.08, 0.06, 0.07), 46.0)
+
+
 def render(path, engine="CYCLES", small=False):
     scene = bpy.context.scene
     samples = SAMPLES // 4 if small else SAMPLES
@@ -167,7 +204,7 @@ def turn_sun():
 def main(folder, *words):
     folder = pathlib.Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    makers = {"pool": pool, "ocean": ocean, "ring": ring, "glass": glass}
+    makers = {"pool": pool, "ocean": ocean, "ring": ring, "glass": glass, "graded": graded}
     for name in [word for word in words if word in makers] or list(makers):
         makers[name]()
         bpy.context.scene.name = name

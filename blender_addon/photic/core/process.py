@@ -21,6 +21,7 @@ class Run:
     def __init__(self, program, *arguments):
         self.fraction = 0.0
         self.stage = "start"
+        self.stage_fraction = 0.0   # of the stage alone
         self.eta_s = None
         self.warnings = []
         self.done = None            # the event of that name
@@ -88,6 +89,7 @@ class Run:
             return
         if kind == "progress":
             self.stage = event.get("stage", self.stage)
+            self.stage_fraction = event.get("fraction", self.stage_fraction)
             self.fraction = event.get("overall", self.fraction)
             self.eta_s = event.get("eta_s")
         elif kind == "warning":

@@ -28,6 +28,7 @@ class SceneText:
     def __init__(self):
         self._lines = ["photic = 1"]
         self._owners = []       # (first line, owner), both growing
+        self.volumes = []       # core.graded.Volume: files that the scene names, and that are to be made before a bake
 
     def add(self, heading, table, owner=""):
         """`heading` with its brackets: "[domain]" or "[[light]]". Keys whose value is None are left out."""

@@ -7,7 +7,8 @@ import numpy
 
 from ..core import regular_grid, roles
 from ..nodes import graph
-from . import lights, materials, meshes
+from ..properties import graded as graded_settings
+from . import graded, lights, materials, meshes
 
 SHAPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 WATER_IOR = 1.333
@@ -24,10 +25,19 @@ class Item:
     keep_mesh: bool = False         # the artist's wish, of water
     grid: object = None             # regular_grid.Grid: baked as a height field
     abbe: float = 0.0               # number of a glass; 0: it parts no colours
+    graded: object = None           # core.graded.Graded of glass whose index varies
+    matrix: object = None           # 4 x 4, world
+
+    def is_graded(self):
+        return self.role == roles.REFRACTOR and self.graded is not None
 
     def is_body(self):
-        """Closed: light goes in and comes out again."""
-        return self.role == roles.REFRACTOR and self.mesh.closed
+        """Closed, with faces: light goes in and comes out again."""
+        return self.role == roles.REFRACTOR and self.mesh.closed and (self.graded is None or self.graded.faces)
+
+    def is_open(self):
+        """A surface with a medium behind it, as water is."""
+        return self.role == roles.REFRACTOR and not self.mesh.closed and self.graded is None
 
     def is_creased(self):
         """A glass or mirror that is smooth but for some of its edges, which its light shows."""
@@ -93,7 +103,9 @@ def collect(depsgraph):
             continue
         seen[obj.name] = seen.get(obj.name, 0) + 1
         name = obj.name if seen[obj.name] == 1 else f"{obj.name} #{seen[obj.name]}"
-        scene.items.append(_item(name, obj, role, mesh, scene, first=seen[obj.name] == 1))
+        item = _item(name, obj, role, mesh, scene, first=seen[obj.name] == 1)
+        item.matrix = instance.matrix_world.copy()
+        scene.items.append(item)
     _note_hidden(original_scene, depsgraph, scene)
     _turn_to_light(scene)
     _choose_forms(scene)
@@ -137,7 +149,8 @@ def _item(name, obj, role, mesh, scene, first):
         if ocean and ocean.viewport_resolution != ocean.resolution:
             scene.notes.append((obj.name, f"the ocean of '{obj.name}' is baked at the viewport's resolution, "
                                           f"{ocean.viewport_resolution}; it is rendered at {ocean.resolution}"))
-    return Item(name, obj.name, role, mesh, optics, keep_mesh=obj.photic.surface == "MESH", abbe=obj.photic.abbe)
+    return Item(name, obj.name, role, mesh, optics, keep_mesh=obj.photic.surface == "MESH", abbe=obj.photic.abbe,
+                graded=graded_settings.of(obj))
 
 
 def _note_hidden(scene_original, depsgraph, scene):
@@ -168,6 +181,9 @@ def _choose_forms(scene):
     """Water whose mesh is a regular grid is baked as a smooth height field: far quicker, and without facets."""
     bending = scene.of(roles.REFRACTOR, roles.MIRROR)
     for item in scene.of(roles.REFRACTOR):
+        if item.is_graded():
+            scene.forms.append((item.object_name, graded.words(item)))
+            continue
         try:
             item.grid = _grid_of(item, bending, scene.lights)
             sideways = ", with its movement sideways" if item.grid.moves else ""
@@ -207,7 +223,7 @@ def _medium(scene_original, scene):
     if settings.medium_from == "SCENE":
         return roles.Medium(tuple(settings.absorption), tuple(settings.scattering), settings.anisotropy)
     found = [(item.object_name, item.optics.medium) for item in scene.of(roles.REFRACTOR)
-             if item.optics.medium.present() and not item.is_body()]
+             if item.optics.medium.present() and item.is_open()]
     if not found:
         return roles.Medium()
     if any(medium != found[0][1] for _, medium in found):
@@ -217,7 +233,7 @@ def _medium(scene_original, scene):
 
 def still_level(scene):
     """Mean height [m] of the open water, below which receivers are in it; -inf without."""
-    water = [item for item in scene.of(roles.REFRACTOR) if not item.mesh.closed]
+    water = [item for item in scene.items if item.is_open()]
     if not water:
         return -math.inf
     return float(numpy.mean([item.mesh.positions[:, 2].mean() for item in water]))

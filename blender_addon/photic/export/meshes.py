@@ -27,6 +27,11 @@ class Mesh:
         a, b, c = (self.positions[self.triangles[:, i]] for i in range(3))
         return float(numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1).sum() / 2)
 
+    def thickness(self):
+        """Twice the volume over the area [m], of a closed mesh: a sheet's own, two thirds of a ball's radius."""
+        a, b, c = (self.positions[self.triangles[:, i]] - self.positions.mean(axis=0) for i in range(3))
+        return 2 * abs(float((a * numpy.cross(b, c)).sum())) / 6 / max(self.area(), 1e-300)
+
     @functools.cached_property
     def closed(self):
         """No edge of the mesh belongs to one triangle only. Positions in one place count as one vertex."""

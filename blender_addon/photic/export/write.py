@@ -7,7 +7,7 @@ import numpy
 
 from ..core import height_file, mesh_file, roles, toml_text
 from ..core.program import BakerError
-from . import collect
+from . import collect, graded
 
 
 def _box_of(settings, scene):
@@ -31,15 +31,22 @@ def scene_text(settings, scene, folder, methods):
     if not scene.lights:
         raise BakerError("There is no light in the scene that is baked; add a Sun, or a lamp")
     box = _box_of(settings, scene)
+    for note in graded.check(settings, scene):
+        if note not in scene.notes:
+            scene.notes.append(note)
+    bent = graded.media(scene, folder)
     text = toml_text.SceneText()
+    text.volumes = bent.volumes
     sized = {"voxel_size": float(f"{settings.voxel_size:.6g}")} if settings.size_by == "VOXEL" else {"resolution": settings.resolution}
     text.add("[domain]", {**box, **sized, "shear": "light" if settings.shear else "none"})
     for name, table in scene.lights:
         text.add("[[light]]", table, name)
-    media = _media(scene)
-    for table in media.tables:
-        text.add("[[medium]]", table)
+    media = _media(scene, bent)
+    for table, owner in media.tables:
+        text.add("[[medium]]", table, owner)
     for item in scene.items:
+        if item.is_graded() and not item.is_body():
+            continue
         if item.grid:
             text.add("[[surface]]", _height_field(item, folder, media), item.object_name)
             continue
@@ -62,28 +69,34 @@ def scene_text(settings, scene, folder, methods):
 @dataclasses.dataclass
 class _Media:
     """[[medium]] tables, and which item names which of them. Without closed bodies there are none: numbers will do."""
-    tables: list = dataclasses.field(default_factory=list)
+    tables: list = dataclasses.field(default_factory=list)      # (table, object to blame)
     of_item: dict = dataclasses.field(default_factory=dict)
 
 
-def _media(scene):
-    """Where bodies overlap, the smaller one is what is there: the ice in the water, the wine that reaches into its glass."""
-    media = _Media()
+def _media(scene, bent):
+    """Where bodies overlap, the smaller one is what is there: the ice in the water, the wine that reaches into its glass.
+    `bent` has those whose index varies."""
+    media = _Media(of_item=dict(bent.of_item))
     bodies = [item for item in scene.items if item.is_body()]
-    if not bodies:
+    if not bodies and not bent.tables:
         return media
 
     def box(item):
         low, high = item.mesh.bounds()
         return float((high - low).prod())
 
-    water = next((item for item in scene.of(roles.REFRACTOR) if not item.is_body()), None)
+    water = next((item for item in scene.items if item.is_open()), None)
     if water is not None:
-        media.tables.append({"name": "water", **_index(water), **_attenuation(scene.medium)})
+        media.tables.append(({"name": "water", **_index(water), **_attenuation(scene.medium)}, water.object_name))
+    priorities = {}
     for priority, item in enumerate(sorted(bodies, key=box, reverse=True), start=1):
+        if id(item) in bent.of_item:
+            priorities[bent.of_item[id(item)]] = {"priority": priority}
+            continue
         name = f"inside of {item.name}"
-        media.tables.append({"name": name, **_index(item), **_attenuation(item.optics.medium), "priority": priority})
+        media.tables.append(({"name": name, **_index(item), **_attenuation(item.optics.medium), "priority": priority}, item.object_name))
         media.of_item[id(item)] = name
+    media.tables += [({**table, **priorities.get(table["name"], {})}, owner) for table, owner in bent.tables]
     return media
 
 
@@ -118,19 +131,28 @@ def _height_field(item, folder, media):
             "event": "refract", **({"below": "water"} if media.tables else {"ior_above": 1.0, "ior_below": item.mean_ior()})}
 
 
+def has_density(scene):
+    """Whether the baker says where the medium is. A graded body alone has no surface that it could be below: the light that
+    has been bent is shown in all of the haze."""
+    bending = scene.of(roles.REFRACTOR)
+    return scene.medium.present() and not (bending and all(item.is_graded() and not item.is_body() for item in bending))
+
+
 def _bake_tables(settings, scene, text, methods):
     grids = ["irradiance", "direction"] + [grid for grid in ("caustic", "arrival_time") if getattr(settings, f"grid_{grid}")]
-    if scene.medium.present():
+    if has_density(scene):
         grids.append("density")
     points = {} if settings.quadrature == "AUTO" else {"quadrature": int(settings.quadrature)}
-    text.add("[bake]", {"method": settings.method, "grids": grids, "where": settings.where.lower(), "band": settings.band,
-                        **points, "tolerance": settings.tolerance, "prefilter": settings.prefilter})
+    text.add("[bake]", {"method": graded.method_for(settings.method, scene), "grids": grids, "where": settings.where.lower(),
+                        "band": settings.band, **points, "tolerance": settings.tolerance, "prefilter": settings.prefilter})
     for method in methods:
         chosen = getattr(settings, f"options_{method.name}", None)
         if chosen is None:
             continue
         changed = {option.name: getattr(chosen, option.name) for option in method.options
                    if chosen.is_property_set(option.name)}
+        if method.name == graded.METHODS[0] and "rim" not in changed and graded.rim_for(scene) is not None:
+            changed["rim"] = graded.rim_for(scene)
         if changed:
             text.add(f"[bake.{method.name}]", changed)
 

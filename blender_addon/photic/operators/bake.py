@@ -5,7 +5,7 @@ import bpy
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options
-from . import job, kept_bakes, preview_state
+from . import job, kept_bakes, preview_state, samples
 
 TICK_SECONDS = 0.1
 BLOCKED_INTERVAL_SECONDS = 0.02
@@ -197,6 +197,7 @@ class PHOTIC_OT_export(bpy.types.Operator):
             collected = collect.collect(context.evaluated_depsgraph_get())
             text = write.scene_text(settings, collected, folder, method_options.methods())
             path = write.write(text, folder, job.file_stem(context.scene))
+            samples.make_all(text)
         except BakerError as error:
             show_error(self, context, error)
             return {"CANCELLED"}

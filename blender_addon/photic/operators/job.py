@@ -10,10 +10,11 @@ import re
 
 import bpy
 
-from ..core import baked_files, process, words
+from ..core import baked_files, graded, process, words
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options, preferences
+from . import samples
 
 current = None      # the job that runs, or None: one at a time
 
@@ -62,6 +63,7 @@ class Job:
         self._steps = iter(self._all_steps())
         self._share = (0.0, 0.0)                    # where the current run begins and how much of the whole it is
         self.run = None
+        self.volume = None                          # that is voxelised now, before the bake that reads it
         self.text = None
         self.reference = None
         self.light_errors = ""
@@ -75,6 +77,8 @@ class Job:
     def words(self):
         if not self.run:
             return "Reading the scene"
+        if self.volume:
+            return f"Voxelising {self.volume.names}: {100 * self.run.stage_fraction:.0f} %"
         left = f", {self.run.eta_s:.0f} s left" if self.run.eta_s is not None and not self.frames else ""
         return f"{self.run.stage.capitalize()}: {100 * self.fraction:.0f} %{left}"
 
@@ -84,7 +88,7 @@ class Job:
             return False
         if self.run:
             self._take_result()
-            self.run = None
+            self.run = self.volume = None
         try:
             next(self._steps)
         except StopIteration:
@@ -117,6 +121,9 @@ class Job:
             yield
             path, volume = self._export(frame)
             volumes.append(volume)
+            for samples_of in samples.missing(self.text):
+                self.volume, self.run = samples_of, samples.start(samples_of, self.program)
+                yield
             arguments = ["bake", str(path), "-o", str(self._pattern("vdb"))]
             if frame is not None:
                 arguments += ["--frames", f"{frame}-{frame}"]
@@ -133,6 +140,7 @@ class Job:
             self.run = process.Run(self.program, "export", *map(str, volumes), "-o", str(self._pattern("exr")))
             yield
         self.is_done = True
+        graded.tidy(self.parts)
         self._keep(volumes)
 
     def _pattern(self, extension):
@@ -141,8 +149,8 @@ class Job:
     def _export(self, frame):
         depsgraph = bpy.context.evaluated_depsgraph_get()
         self.collected = collect.collect(depsgraph)
-        self.notes += [note for note in self.collected.notes if note not in self.notes]
         self.text = write.scene_text(self.settings, self.collected, self.parts, method_options.methods())
+        self.notes += [note for note in self.collected.notes if note not in self.notes]
         number = "" if frame is None else f".{frame:04d}"
         return (write.write(self.text, self.parts, f"{self.stem}{number}"),
                 self.folder / f"{self.bake.name}{number}.vdb")
@@ -153,6 +161,8 @@ class Job:
             self.cancelled = True
             self._steps = iter(())
             return
+        if run.error and self.volume:
+            raise samples.error_of(self.volume, run.error)
         if run.error:
             owner = self.text.owner_of(run.error.where)
             said = words.plain(str(run.error))
@@ -194,10 +204,10 @@ class Job:
         s.sequence_start, s.sequence_count = (self.frames[0], len(self.frames)) if self.frames else (0, 0)
         level = collect.still_level(self.collected)
         s.level = max(level, -1e30)
-        refractors = [item.mean_ior() for item in self.collected.of("REFRACTOR") if not item.is_body()]
+        refractors = [item.mean_ior() for item in self.collected.items if item.is_open()]
         s.ior = refractors[0] if refractors else 1.0
         medium = self.collected.medium
-        s.has_density = medium.present()
+        s.has_density = write.has_density(self.collected)
         s.forms = self.collected.forms_words
         s.light_errors = self.light_errors
         s.baked_absorption, s.baked_scattering, s.baked_anisotropy = medium.absorption, medium.scattering, medium.anisotropy

@@ -7,7 +7,7 @@ from ..core import words as plain_words
 from ..core.program import BakerError
 from ..export import collect, write
 from ..properties import method_options, preferences
-from . import bake, job
+from . import bake, job, samples
 
 SCALE_TOLERANCE = 1e-4
 
@@ -36,11 +36,14 @@ def complaints(context):
             words = str(error)
             if words not in [w for _, w in found]:
                 found.append((error.where, words))
+        found += [note for note in scene.notes if note not in found]    # those that writing it brought up
     return found
 
 
 def _of_surface(context, item):
     obj = context.scene.objects.get(item.object_name)
+    if item.is_graded() and not item.is_body():
+        return
     if item.mesh.smooth_share < 0.5 and len(item.mesh.triangles) > 2:
         yield item.object_name, f"'{item.name}' is shaded flat: its light breaks into facets; choose Shade Smooth"
     if obj is not None and any(abs(s - 1) > SCALE_TOLERANCE for s in obj.scale) and any(
@@ -61,6 +64,7 @@ def estimate(context, scene=None):
     folder.mkdir(exist_ok=True)
     text = write.scene_text(settings, scene, folder, method_options.methods())
     path = write.write(text, folder, job.file_stem(context.scene))
+    samples.make_all(text)
     try:
         return program.ask(preferences.baker(), "bake", str(path), "--dry-run", "--json", "--progress=json",
                            "-o", str(folder.parent / f"{job.file_stem(context.scene)}.vdb"))

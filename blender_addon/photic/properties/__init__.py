@@ -3,13 +3,14 @@
 import bpy
 
 from .. import compat
-from . import method_options, preferences, things
+from . import graded, method_options, preferences, things
 from . import scene as scene_settings
 
 
 def register():
     bpy.utils.register_class(preferences.PhoticPreferences)
     compat.register()
+    graded.register()
     things.register()
     method_options.register()
     scene_settings.register()
@@ -19,6 +20,7 @@ def unregister():
     scene_settings.unregister()
     method_options.unregister()
     things.unregister()
+    graded.unregister()
     compat.unregister()
     bpy.utils.unregister_class(preferences.PhoticPreferences)
 

@@ -3,6 +3,7 @@
 import bpy
 
 from ..core import roles
+from . import graded
 
 ROLES = (
     ("AUTO", "Automatic", "From the material: water, glass or transmission bends light, smooth metal mirrors it"),
@@ -27,6 +28,7 @@ class PhoticObject(bpy.types.PropertyGroup):
     abbe: bpy.props.FloatProperty(name="Abbe number", min=0.0, max=200.0, precision=1,
                                   description="How little a glass parts the colours: 59 crown glass, 36 flint glass, 55 diamond. "
                                               "0: it parts none")
+    graded: bpy.props.PointerProperty(type=graded.PhoticGraded)
 
 
 class PhoticLight(bpy.types.PropertyGroup):

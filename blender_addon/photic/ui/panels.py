@@ -10,6 +10,7 @@ from ..export import collect
 from ..operators import job
 from ..properties import method_options
 from ..properties.things import ROLES
+from . import graded
 
 CHARACTERS_A_LINE = 30      # of the sidebar as it opens
 CHARACTERS_AN_ICON = 4
@@ -211,9 +212,7 @@ class PHOTIC_PT_object(bpy.types.Panel):
         if obj.photic.role == "AUTO":
             layout.label(text=f"Found: {ROLE_NAMES[role]}", icon=ROLE_ICONS[role])
         if role == roles.REFRACTOR:
-            layout.prop(obj.photic, "surface")
-            layout.prop(obj.photic, "ior")
-            layout.prop(obj.photic, "abbe")
+            graded.draw(layout, obj)
 
 
 class PHOTIC_PT_light(bpy.types.Panel):
