@@ -26,7 +26,7 @@ struct BentRayPass::Impl {
         const GlFunctions& gl = pass.gl();
         if (!buffer) gl.GenBuffers(1, &buffer);
         gl.BindBuffer(GL_UNIFORM_BUFFER, buffer);
-        gl.BufferData(GL_UNIFORM_BUFFER, sizeof(block), &block, GL_STREAM_DRAW);
+        fillBuffer(gl, GL_UNIFORM_BUFFER, &block, sizeof(block), GL_STREAM_DRAW, "the objects' parameters");
         gl.BindBufferBase(GL_UNIFORM_BUFFER, 1, buffer);
     }
     FullScreenPass pass;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/src/gl_functions.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace photic::runtime {
@@ -18,6 +19,16 @@ std::string textOf(const GLubyte* text) { return text ? reinterpret_cast<const c
 
 }  // namespace
 
+std::optional<Error> GlFunctions::lost() const {
+    if (!GetString(GL_VERSION))
+        return Error{ErrorCode::Lost, "no GL context is current in this thread; make the game's current"};
+    if (resets && GetGraphicsResetStatus() != GL_NO_ERROR)
+        return Error{ErrorCode::Lost,
+                     "the GL context is lost; call abandon() on all that was made with it, create the context, and "
+                     "make all of it again"};
+    return std::nullopt;
+}
+
 void GlFunctions::clearErrors() const {
     // Bounded: a lost context may report an error for ever.
     for (int i = 0; i < 64 && GetError() != GL_NO_ERROR; ++i) {
@@ -29,6 +40,38 @@ GLenum GlFunctions::firstError() const {
     if (first != GL_NO_ERROR) clearErrors();
     return first;
 }
+
+void GlFunctions::setViewport(GLint x, GLint y, GLsizei width, GLsizei height) const {
+    if (viewports) {
+        ViewportIndexedf(0, static_cast<GLfloat>(x), static_cast<GLfloat>(y), static_cast<GLfloat>(width),
+                         static_cast<GLfloat>(height));
+    } else {
+        Viewport(x, y, width, height);
+    }
+}
+
+namespace {
+
+/// What of the functions that need not be there may be called.
+void findOptions(GlFunctions& gl) {
+    gl.computes = gl.BindImageTexture && gl.DispatchCompute && gl.MemoryBarrier;
+    gl.viewports = !gl.es && gl.ViewportIndexedf && gl.ScissorIndexed && gl.GetFloati_v && gl.Enablei && gl.Disablei &&
+                   gl.IsEnabledi;
+    const bool each = (!gl.es || gl.minor >= 2 || gl.major > 3) && gl.BlendEquationSeparatei && gl.BlendFuncSeparatei &&
+                      gl.ColorMaski && gl.Enablei && gl.Disablei && gl.IsEnabledi && gl.GetBooleani_v;
+    constexpr GLuint kMost = 8;  // that desktop GL promises
+    GLint count = 1;
+    gl.GetIntegerv(GL_MAX_DRAW_BUFFERS, &count);
+    gl.draw_buffers = each ? std::clamp(static_cast<GLuint>(count), GLuint{1}, kMost) : 1;
+    gl.resets = gl.GetGraphicsResetStatus && (gl.es ? gl.minor >= 2 || gl.major > 3 : gl.minor >= 5 || gl.major > 4);
+    // A loader may give pointers to what the context does not have: whether it knows the state tells.
+    GLint origin = 0;
+    if (gl.ClipControl) gl.GetIntegerv(GL_CLIP_ORIGIN, &origin);
+    gl.clip_control = origin != 0;
+    gl.clearErrors();
+}
+
+}  // namespace
 
 Result<GlFunctions> loadGlFunctions(const GlLoader& loader) {
     if (!loader.get_proc_address) return Error{ErrorCode::Usage, "GlLoader::get_proc_address is null"};
@@ -65,6 +108,7 @@ Result<GlFunctions> loadGlFunctions(const GlLoader& loader) {
     gl.GetIntegerv(GL_MAX_3D_TEXTURE_SIZE, &gl.largest_texture_3d);
     gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &gl.largest_texture_2d);
     gl.GetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &gl.largest_storage_block);
+    findOptions(gl);
     gl.clearErrors();
     return gl;
 }

@@ -3,6 +3,7 @@
 
 #include <GL/glcorearb.h>
 
+#include <optional>
 #include <string>
 
 #include "photic/gl_context.h"
@@ -20,7 +21,6 @@ namespace photic::runtime {
     F(BindBufferBase, BINDBUFFERBASE)                     \
     F(BindBufferRange, BINDBUFFERRANGE)                   \
     F(BindFramebuffer, BINDFRAMEBUFFER)                   \
-    F(BindImageTexture, BINDIMAGETEXTURE)                 \
     F(BindSampler, BINDSAMPLER)                           \
     F(BindTexture, BINDTEXTURE)                           \
     F(BindVertexArray, BINDVERTEXARRAY)                   \
@@ -54,7 +54,6 @@ namespace photic::runtime {
     F(DetachShader, DETACHSHADER)                         \
     F(Disable, DISABLE)                                   \
     F(DisableVertexAttribArray, DISABLEVERTEXATTRIBARRAY) \
-    F(DispatchCompute, DISPATCHCOMPUTE)                   \
     F(DrawArrays, DRAWARRAYS)                             \
     F(DrawArraysInstanced, DRAWARRAYSINSTANCED)           \
     F(DrawBuffers, DRAWBUFFERS)                           \
@@ -97,7 +96,6 @@ namespace photic::runtime {
     F(IsEnabled, ISENABLED)                               \
     F(LinkProgram, LINKPROGRAM)                           \
     F(MapBufferRange, MAPBUFFERRANGE)                     \
-    F(MemoryBarrier, MEMORYBARRIER)                       \
     F(PixelStorei, PIXELSTOREI)                           \
     F(PolygonOffset, POLYGONOFFSET)                       \
     F(ReadBuffer, READBUFFER)                             \
@@ -133,11 +131,27 @@ namespace photic::runtime {
     F(VertexAttribPointer, VERTEXATTRIBPOINTER)           \
     F(Viewport, VIEWPORT)
 
-// Absent from ES: null there, and only called on desktop GL.
-#define PHOTIC_GL_OPTIONAL_FUNCTIONS(F)         \
-    F(GetQueryObjectui64v, GETQUERYOBJECTUI64V) \
-    F(GetTexImage, GETTEXIMAGE)                 \
-    F(PolygonMode, POLYGONMODE)
+// Not in every context that is good enough: may be null, or of no use though there is a pointer. GlFunctions says what
+// may be called.
+#define PHOTIC_GL_OPTIONAL_FUNCTIONS(F)               \
+    F(BindImageTexture, BINDIMAGETEXTURE)             \
+    F(BlendEquationSeparatei, BLENDEQUATIONSEPARATEI) \
+    F(BlendFuncSeparatei, BLENDFUNCSEPARATEI)         \
+    F(ClipControl, CLIPCONTROL)                       \
+    F(ColorMaski, COLORMASKI)                         \
+    F(Disablei, DISABLEI)                             \
+    F(DispatchCompute, DISPATCHCOMPUTE)               \
+    F(Enablei, ENABLEI)                               \
+    F(GetBooleani_v, GETBOOLEANI_V)                   \
+    F(GetFloati_v, GETFLOATI_V)                       \
+    F(GetGraphicsResetStatus, GETGRAPHICSRESETSTATUS) \
+    F(GetQueryObjectui64v, GETQUERYOBJECTUI64V)       \
+    F(GetTexImage, GETTEXIMAGE)                       \
+    F(IsEnabledi, ISENABLEDI)                         \
+    F(MemoryBarrier, MEMORYBARRIER)                   \
+    F(PolygonMode, POLYGONMODE)                       \
+    F(ScissorIndexed, SCISSORINDEXED)                 \
+    F(ViewportIndexedf, VIEWPORTINDEXEDF)
 
 /// The GL of one context (or of a share group): its functions, named as in GL without the `gl`, and what it can do.
 struct GlFunctions {
@@ -152,7 +166,17 @@ struct GlFunctions {
     int largest_texture_3d = 0;  ///< [texels a side]
     int largest_texture_2d = 0;
     GLint64 largest_storage_block = 0;  ///< [bytes]
+    bool computes = false;              ///< compute shaders and what they write to
+    bool clip_control = false;          ///< ClipControl
+    bool resets = false;                ///< GetGraphicsResetStatus
+    bool viewports = false;             ///< ViewportIndexedf, ScissorIndexed, and tests of each
+    GLuint draw_buffers = 1;  ///< that have blending and a mask of their own; 1: the functions with an i are not there
 
+    /// The first viewport; glViewport sets all that a game has.
+    void setViewport(GLint x, GLint y, GLsizei width, GLsizei height) const;
+
+    /// Error{Lost} where the context is lost, as far as it tells, or none is current; otherwise nothing.
+    std::optional<Error> lost() const;
     /// Forgets errors that are pending, ours or the game's: what glErrors() returns next is of calls in between.
     void clearErrors() const;
     /// The first pending error, GL_NO_ERROR when none; forgets the rest.

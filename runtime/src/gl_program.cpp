@@ -63,6 +63,7 @@ Result<GLuint> compile(const GlFunctions& gl, const ShaderSourceText& source) {
 GlslTarget targetOf(const GlFunctions& gl) { return gl.es ? GlslTarget::Es310 : GlslTarget::Gl430; }
 
 Result<GLuint> makeProgram(const GlFunctions& gl, const std::vector<ShaderSourceText>& sources) {
+    if (const std::optional<Error> lost = gl.lost()) return *lost;
     const GLuint program = gl.CreateProgram();
     for (const ShaderSourceText& source : sources) {
         const Result<GLuint> shader = compile(gl, source);

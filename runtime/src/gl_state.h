@@ -8,16 +8,18 @@
 namespace photic::runtime {
 
 /// What the library's calls may change, saved when made and put back when destroyed: programs, vertex arrays,
-/// framebuffers, viewport, the first texture units and buffer bindings, blending, masks, tests, pixel storage.
+/// framebuffers, the first viewport, the first texture units and buffer bindings, blending and masks of each colour
+/// buffer, tests, clip control, pixel storage.
 ///
 /// The constructor also sets what a full-screen pass needs and no game's leftover may break: no depth, stencil, scissor
-/// or discarding, no culling, filled polygons, all colours written, pixels unpacked from client memory, tightly.
-/// Costs some eighty glGet calls: one guard per pass, not per draw.
+/// or discarding, no culling or clip distances, filled polygons, all colours written, GL's own clip space, pixels
+/// unpacked from client memory, tightly. Costs some hundred and fifty glGet calls: one guard per pass, not per draw.
 class GlStateGuard {
 public:
     static constexpr int kTextureUnits = 12;   ///< units 0 to 11 are put back; the library uses no other
     static constexpr int kBufferBindings = 6;  ///< uniform and storage bindings 0 to 5 likewise
 
+    /// @throws Failure{Lost} as GlFunctions::lost says
     explicit GlStateGuard(const GlFunctions& gl);
     ~GlStateGuard();
     GlStateGuard(const GlStateGuard&) = delete;
@@ -32,13 +34,22 @@ private:
         GLint64 start = 0, size = 0;
     };
     using IndexedBuffers = std::array<BufferBinding, kBufferBindings>;
-    static constexpr std::size_t kItems = 27, kFloatItems = 2,
-                                 kCapabilities = 12;  ///< rows of the tables in gl_state.cpp
+    struct DrawBuffer {
+        GLboolean blends = GL_FALSE;
+        std::array<GLboolean, 4> mask{};
+        std::array<GLint, 6> blending{};
+    };
+    static constexpr std::size_t kItems = 22, kFloatItems = 2,
+                                 kCapabilities = 22;  ///< rows of the tables in gl_state.cpp
 
     void saveTextureUnits();
     void restoreTextureUnits() const;
     void saveBuffers(IndexedBuffers& bindings, GLenum buffer, GLenum start, GLenum size) const;
     void restoreBuffers(const IndexedBuffers& bindings, GLenum target) const;
+    void saveDrawBuffers();
+    void restoreDrawBuffers() const;
+    void saveViewport();
+    void restoreViewport() const;
     void setForPasses() const;
 
     const GlFunctions& gl_;
@@ -48,6 +59,11 @@ private:
     std::array<std::array<GLint, 4>, kItems> items_{};
     std::array<std::array<GLfloat, 4>, kFloatItems> float_items_{};
     std::array<GLboolean, kCapabilities> enabled_{};
+    std::array<DrawBuffer, 8> draw_buffers_{};  ///< as many as GlFunctions::draw_buffers
+    std::array<GLfloat, 4> viewport_{};         ///< the first
+    std::array<GLint, 4> scissor_{};            ///< of the first viewport
+    GLboolean scissors_ = GL_FALSE;
+    std::array<GLint, 2> clip_{};  ///< control
 };
 
 }  // namespace photic::runtime

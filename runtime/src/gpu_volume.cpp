@@ -87,12 +87,17 @@ void requireMemory(const GlFunctions& gl, const char* of) {
     fail(ErrorCode::Memory, std::string("GL refuses ") + of + " with error " + code);
 }
 
+void fillBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use, const char* of) {
+    gl.clearErrors();
+    gl.BufferData(target, static_cast<GLsizeiptr>(size), data, use);
+    requireMemory(gl, of);
+}
+
 void uploadBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use,
                   GLuint& buffer) {
     gl.GenBuffers(1, &buffer);
     gl.BindBuffer(target, buffer);
-    gl.BufferData(target, static_cast<GLsizeiptr>(size), data, use);
-    requireMemory(gl, "a buffer");
+    fillBuffer(gl, target, data, size, use, "a buffer");
 }
 
 void GpuVolume::Impl::makeSmallParts(const std::array<bool, 3>& repeats) {

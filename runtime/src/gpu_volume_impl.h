@@ -45,6 +45,9 @@ GLuint makeTexture3d(const GlFunctions& gl, GLenum format, const Int3& size, con
 /// @param of  for the message: what was being made
 void requireMemory(const GlFunctions& gl, const char* of);
 
+/// Gives the bound buffer its content; errors that were pending are forgotten. @throws Failure{Memory}
+void fillBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use, const char* of);
+
 /// @param buffer  set at once, so that its owner deletes it when something is thrown. @throws Failure{Memory}
 void uploadBuffer(const GlFunctions& gl, GLenum target, const void* data, std::size_t size, GLenum use, GLuint& buffer);
 

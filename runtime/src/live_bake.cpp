@@ -146,8 +146,9 @@ void LiveBake::Impl::setKernel(const WaterLight& light, float level) {
     }
     if (!kernel) gl().GenBuffers(1, &kernel);
     gl().BindBuffer(GL_SHADER_STORAGE_BUFFER, kernel);
-    gl().BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(weights.size() * sizeof(float)), weights.data(),
-                    GL_STATIC_DRAW);
+    kernel_light[3] = 0;  // no water's index: until it is filled, the kernel is nobody's
+    fillBuffer(gl(), GL_SHADER_STORAGE_BUFFER, weights.data(), weights.size() * sizeof(float), GL_STATIC_DRAW,
+               "the image of the sun's disc");
     std::copy(now, now + 4, kernel_light);
     kernel_level = level;
 }
@@ -205,7 +206,7 @@ void LiveBake::Impl::makeVolume() {
     impl->page_sampler = makeSampler3d(gl(), GL_NEAREST, false);
     gl().GenBuffers(1, &impl->parameter_buffer);
     gl().BindBuffer(GL_UNIFORM_BUFFER, impl->parameter_buffer);
-    gl().BufferData(GL_UNIFORM_BUFFER, sizeof(p), &p, GL_DYNAMIC_DRAW);
+    fillBuffer(gl(), GL_UNIFORM_BUFFER, &p, sizeof(p), GL_DYNAMIC_DRAW, "the parameters of a live bake");
     impl->info.layout = Layout::Dense;
     impl->info.fill = 1;
     impl->info.bytes = BrickLayout::texelsOf(size) * (coloured ? 16 : 8);
@@ -242,10 +243,14 @@ void LiveBake::Impl::prepare(const LiveWater::Impl& water) {
                  "; take fewer voxels, or LiveWater's caustic map");
     }
     if (!sums) gl().GenBuffers(1, &sums);
-    gl().clearErrors();
     gl().BindBuffer(GL_SHADER_STORAGE_BUFFER, sums);
-    gl().BufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(bytes), nullptr, GL_DYNAMIC_COPY);
-    if (gl().firstError() != GL_NO_ERROR) fail(ErrorCode::Memory, "the GPU has no memory left for a live bake's sums");
+    try {
+        fillBuffer(gl(), GL_SHADER_STORAGE_BUFFER, nullptr, bytes, GL_DYNAMIC_COPY, "a live bake's sums");
+    } catch (const Failure&) {
+        gl().DeleteBuffers(1, &sums);
+        sums = 0;  // made again when there may be room
+        throw;
+    }
     sums_bytes = bytes;
     makeVolume();
 }
@@ -304,6 +309,9 @@ LiveBake::~LiveBake() = default;
 
 Result<LiveBake> LiveBake::create(const GpuContext& context, const LiveBakeOptions& options) {
     return guarded([&]() -> Result<LiveBake> {
+        if (!context.gl().computes)
+            fail(ErrorCode::Unsupported,
+                 "this GL has no compute shaders, which a live bake is made of; use LiveWater's caustic map");
         const int largest = context.gl().largest_texture_3d - 2;
         for (std::size_t a = 0; a < 3; ++a) {
             if (!(options.max[a] > options.min[a]) || !std::isfinite(options.max[a] - options.min[a]))

@@ -5,6 +5,7 @@
 
 #include "runtime/src/gl_program.h"
 #include "runtime/src/gl_state.h"
+#include "runtime/src/guarded.h"
 #include "runtime/src/live_water_impl.h"
 #include "runtime/src/water_slopes.h"
 
@@ -63,49 +64,53 @@ LiveWater& LiveWater::operator=(LiveWater&&) noexcept = default;
 LiveWater::~LiveWater() = default;
 
 Result<LiveWater> LiveWater::create(const GpuContext& context) {
-    auto impl = std::make_unique<Impl>(context);
-    const GlStateGuard guard(impl->gl);
-    using Stages = std::vector<ShaderStage>;
-    const std::pair<GLuint*, Stages> programs[] = {
-        {&impl->ray_program,
-         {{GL_VERTEX_SHADER, "full_screen.vert.glsl"}, {GL_FRAGMENT_SHADER, "water_rays.frag.glsl"}}},
-        {&impl->volume_program,
-         {{GL_VERTEX_SHADER, "warped_volume.vert.glsl"}, {GL_FRAGMENT_SHADER, "warped_volume.frag.glsl"}}},
-        {&impl->mesh_program,
-         {{GL_VERTEX_SHADER, "caustic_mesh.vert.glsl"}, {GL_FRAGMENT_SHADER, "caustic_mesh.frag.glsl"}}}};
-    for (const auto& [program, stages] : programs) {
-        const Result<GLuint> made = makeProgram(impl->gl, stages);
-        if (!made) return made.error();
-        *program = *made;
-    }
-    impl->gl.GenFramebuffers(1, &impl->framebuffer);
-    impl->gl.GenVertexArrays(1, &impl->vertex_array);
-    return LiveWater(std::move(impl));
+    return guarded([&]() -> Result<LiveWater> {
+        auto impl = std::make_unique<Impl>(context);
+        const GlStateGuard guard(impl->gl);
+        using Stages = std::vector<ShaderStage>;
+        const std::pair<GLuint*, Stages> programs[] = {
+            {&impl->ray_program,
+             {{GL_VERTEX_SHADER, "full_screen.vert.glsl"}, {GL_FRAGMENT_SHADER, "water_rays.frag.glsl"}}},
+            {&impl->volume_program,
+             {{GL_VERTEX_SHADER, "warped_volume.vert.glsl"}, {GL_FRAGMENT_SHADER, "warped_volume.frag.glsl"}}},
+            {&impl->mesh_program,
+             {{GL_VERTEX_SHADER, "caustic_mesh.vert.glsl"}, {GL_FRAGMENT_SHADER, "caustic_mesh.frag.glsl"}}}};
+        for (const auto& [program, stages] : programs) {
+            const Result<GLuint> made = makeProgram(impl->gl, stages);
+            if (!made) return made.error();
+            *program = *made;
+        }
+        impl->gl.GenFramebuffers(1, &impl->framebuffer);
+        impl->gl.GenVertexArrays(1, &impl->vertex_array);
+        return LiveWater(std::move(impl));
+    });
 }
 
 Status LiveWater::setHeights(const WaterHeights& heights) {
-    const auto texels = waterTexels(heights);
-    if (!texels) return texels.error();
-    Impl& w = *impl_;
-    Retired retired(w.gl);
-    const GlStateGuard guard(w.gl);
-    w.gl.ActiveTexture(GL_TEXTURE0);
-    if (heights.columns != w.columns || heights.rows != w.rows || heights.outside != w.water.outside) {
-        // Outside flat water the border's zeros are read: height and slopes of still water.
-        const GLenum wrap = heights.outside == WaterOutside::Periodic ? GL_REPEAT : GL_CLAMP_TO_BORDER;
-        const auto made =
-            makeTexture(w.gl, {GL_TEXTURE_2D, GL_RGBA32F, heights.columns, heights.rows, 1}, GL_LINEAR, wrap);
-        if (!made) return made.error();
-        retired.texture(w.map);
-        w.map = *made, w.columns = heights.columns, w.rows = heights.rows;
-    }
-    w.gl.BindTexture(GL_TEXTURE_2D, w.map);
-    w.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w.columns, w.rows, GL_RGBA, GL_FLOAT, texels->values.data());
-    w.water = heights;
-    w.water.heights = nullptr;
-    for (int k = 0; k < 3; ++k) w.covariance[k] = texels->covariance[k];
-    w.rays_current = false;
-    return Done{};
+    return guarded([&]() -> Status {
+        const auto texels = waterTexels(heights);
+        if (!texels) return texels.error();
+        Impl& w = *impl_;
+        Retired retired(w.gl);
+        const GlStateGuard guard(w.gl);
+        w.gl.ActiveTexture(GL_TEXTURE0);
+        if (heights.columns != w.columns || heights.rows != w.rows || heights.outside != w.water.outside) {
+            // Outside flat water the border's zeros are read: height and slopes of still water.
+            const GLenum wrap = heights.outside == WaterOutside::Periodic ? GL_REPEAT : GL_CLAMP_TO_BORDER;
+            const auto made =
+                makeTexture(w.gl, {GL_TEXTURE_2D, GL_RGBA32F, heights.columns, heights.rows, 1}, GL_LINEAR, wrap);
+            if (!made) return made.error();
+            retired.texture(w.map);
+            w.map = *made, w.columns = heights.columns, w.rows = heights.rows;
+        }
+        w.gl.BindTexture(GL_TEXTURE_2D, w.map);
+        w.gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, w.columns, w.rows, GL_RGBA, GL_FLOAT, texels->values.data());
+        w.water = heights;
+        w.water.heights = nullptr;
+        for (int k = 0; k < 3; ++k) w.covariance[k] = texels->covariance[k];
+        w.rays_current = false;
+        return Done{};
+    });
 }
 
 Status LiveWater::setLight(const WaterLight& light) {

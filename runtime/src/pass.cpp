@@ -54,7 +54,7 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, const MoverShadows& s
     const GLuint made = programFor(volume, {{"PHOTIC_MOVERS", "1"}});
     if (!movers_) gl().GenBuffers(1, &movers_);
     gl().BindBuffer(GL_UNIFORM_BUFFER, movers_);
-    gl().BufferData(GL_UNIFORM_BUFFER, sizeof(parameters), &parameters, GL_STREAM_DRAW);
+    fillBuffer(gl(), GL_UNIFORM_BUFFER, &parameters, sizeof(parameters), GL_STREAM_DRAW, "what moves");
     gl().BindBufferBase(GL_UNIFORM_BUFFER, 1, movers_);
     bindNearest(3, shadows.map);
     return made;
@@ -77,7 +77,7 @@ void bindTarget(const GlFunctions& gl, const Target& target) {
                                    " pixels; give it the size of its framebuffer");
     }
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
-    gl.Viewport(target.x, target.y, target.width, target.height);
+    gl.setViewport(target.x, target.y, target.width, target.height);
 }
 
 GLuint makeNearestSampler(const GlFunctions& gl) {

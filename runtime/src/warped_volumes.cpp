@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/src/gl_state.h"
+#include "runtime/src/guarded.h"
 #include "runtime/src/live_water_impl.h"
 #include "runtime/src/pass.h"
 
@@ -90,43 +91,45 @@ Status LiveWater::Impl::bindVolumeIndices(int volumes, int step, Retired& retire
 
 Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
                                     const WarpedVolumesOptions& o) {
-    Impl& w = *impl_;
-    const GlFunctions& gl = w.gl;
-    if (std::optional<Error> wrong = refusal(surfaces, clip_from_world, target, o)) return *std::move(wrong);
-    Retired retired(gl);
-    {
+    return guarded([&]() -> Status {
+        Impl& w = *impl_;
+        const GlFunctions& gl = w.gl;
+        if (std::optional<Error> wrong = refusal(surfaces, clip_from_world, target, o)) return *std::move(wrong);
+        Retired retired(gl);
+        {
+            const GlStateGuard guard(gl);
+            gl.ActiveTexture(GL_TEXTURE0);
+            if (const Status traced = w.traceRays(retired); !traced) return traced;
+        }
         const GlStateGuard guard(gl);
-        gl.ActiveTexture(GL_TEXTURE0);
-        if (const Status traced = w.traceRays(retired); !traced) return traced;
-    }
-    const GlStateGuard guard(gl);
-    bindTarget(gl, target);
-    gl.BindVertexArray(w.vertex_array);
-    const int volumes = 2 * ((w.mesh_columns - 1) / o.step) * ((w.mesh_rows - 1) / o.step);
-    if (const Status bound = w.bindVolumeIndices(volumes, o.step, retired); !bound) return bound;
-    gl.Enable(GL_BLEND);
-    gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
-    // Far sides only: every line of sight leaves a prism once, wherever the eye is.
-    gl.Enable(GL_CULL_FACE);
-    gl.CullFace(GL_FRONT);
-    gl.FrontFace(keepsWinding(clip_from_world, surfaces) ? GL_CCW : GL_CW);
-    if (!gl.es) gl.Enable(GL_DEPTH_CLAMP);
+        bindTarget(gl, target);
+        gl.BindVertexArray(w.vertex_array);
+        const int volumes = 2 * ((w.mesh_columns - 1) / o.step) * ((w.mesh_rows - 1) / o.step);
+        if (const Status bound = w.bindVolumeIndices(volumes, o.step, retired); !bound) return bound;
+        gl.Enable(GL_BLEND);
+        gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+        // Far sides only: every line of sight leaves a prism once, wherever the eye is.
+        gl.Enable(GL_CULL_FACE);
+        gl.CullFace(GL_FRONT);
+        gl.FrontFace(keepsWinding(clip_from_world, surfaces) ? GL_CCW : GL_CW);
+        if (!gl.es) gl.Enable(GL_DEPTH_CLAMP);
 
-    const Uniforms uniforms(gl, w.volume_program);
-    w.setWater(uniforms, 0);
-    uniforms.texture("photic_ray_starts", 1, GL_TEXTURE_2D, w.ray_starts);
-    uniforms.texture("photic_ray_directions", 2, GL_TEXTURE_2D, w.ray_directions);
-    if (!w.nearest) w.nearest = makeNearestSampler(gl);
-    bindGBuffer(gl, uniforms, surfaces, w.nearest);
-    uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
-    uniforms.set("photic_target", static_cast<float>(target.x), static_cast<float>(target.y),
-                 static_cast<float>(target.width), static_cast<float>(target.height));
-    uniforms.setMatrix("photic_clip_from_world", clip_from_world);
-    uniforms.set("photic_mesh_step", o.step);
-    uniforms.set("photic_volume_bottom", o.bottom);
-    uniforms.set("photic_scattering", o.scattering[0], o.scattering[1], o.scattering[2], o.anisotropy);
-    gl.DrawElements(GL_TRIANGLES, kIndicesPerVolume * volumes, GL_UNSIGNED_INT, nullptr);
-    return Done{};
+        const Uniforms uniforms(gl, w.volume_program);
+        w.setWater(uniforms, 0);
+        uniforms.texture("photic_ray_starts", 1, GL_TEXTURE_2D, w.ray_starts);
+        uniforms.texture("photic_ray_directions", 2, GL_TEXTURE_2D, w.ray_directions);
+        if (!w.nearest) w.nearest = makeNearestSampler(gl);
+        bindGBuffer(gl, uniforms, surfaces, w.nearest);
+        uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
+        uniforms.set("photic_target", static_cast<float>(target.x), static_cast<float>(target.y),
+                     static_cast<float>(target.width), static_cast<float>(target.height));
+        uniforms.setMatrix("photic_clip_from_world", clip_from_world);
+        uniforms.set("photic_mesh_step", o.step);
+        uniforms.set("photic_volume_bottom", o.bottom);
+        uniforms.set("photic_scattering", o.scattering[0], o.scattering[1], o.scattering[2], o.anisotropy);
+        gl.DrawElements(GL_TRIANGLES, kIndicesPerVolume * volumes, GL_UNSIGNED_INT, nullptr);
+        return Done{};
+    });
 }
 
 }  // namespace photic::runtime

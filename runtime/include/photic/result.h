@@ -14,6 +14,7 @@ enum class ErrorCode {
     Memory,       ///< the CPU's or the GPU's memory ran out
     Unsupported,  ///< the GL context lacks what is needed
     Shader,       ///< a program did not compile or link; the message holds the driver's log
+    Lost,         ///< the GL context is lost, or none is current
     Usage         ///< an argument makes no sense
 };
 
