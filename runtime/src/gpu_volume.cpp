@@ -160,7 +160,7 @@ void GpuVolume::Impl::bind(unsigned first_texture, unsigned first_buffer, float 
     if (parameters.scale != scale) {
         parameters.scale = scale;
         gl.BindBuffer(GL_UNIFORM_BUFFER, parameter_buffer);
-        gl.BufferData(GL_UNIFORM_BUFFER, sizeof(parameters), &parameters, GL_DYNAMIC_DRAW);
+        gl.BufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(parameters), &parameters);  // takes no memory that may be gone
     }
     gl.BindBufferBase(GL_UNIFORM_BUFFER, first_buffer, parameter_buffer);
     if (bricks) gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, first_buffer, bricks);

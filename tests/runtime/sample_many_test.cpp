@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "photic/runtime.h"
+#include "runtime/src/sample_many.h"
 #include "tests/runtime/loaded_volume.h"
 
 namespace photic::runtime {
@@ -41,7 +42,13 @@ void expectSameAsOneByOne(const Volume& volume) {
         std::vector<Vec3> irradiance(count);
         volume.sample(world, light);
         volume.irradiance(world, normals, irradiance);
+        // The processor's own conversion of halves changes no bit.
+        std::vector<Light> portable(count);
+        sampleMany(volume.data(), world, portable, HalfConversion::Never);
         for (std::size_t i = 0; i < count; ++i) {
+            EXPECT_EQ(light[i].irradiance.x, portable[i].irradiance.x);
+            EXPECT_EQ(light[i].irradiance.z, portable[i].irradiance.z);
+            EXPECT_EQ(light[i].flux.y, portable[i].flux.y);
             const Light one = volume.sample(world[i]);
             expectNear(light[i].irradiance, one.irradiance, kTolerance);
             expectNear(light[i].flux, one.flux, kTolerance);
