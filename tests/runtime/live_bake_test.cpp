@@ -250,6 +250,21 @@ TEST_F(LiveBakes, DoNotFlicker) {
     EXPECT_EQ(first, again);
     EXPECT_GT(change(first, later), 0);
     EXPECT_NEAR(change(first, half) / change(first, later), 0.5, 0.05);
+    // Summed over frames: between the same two moments, twice as many frames change as much in all. What flickers would
+    // change by as much from each to the next, and twice as much in all.
+    const auto changes = [&](int frames) {
+        auto before = at(0.4);
+        double sum = 0;
+        for (int n = 1; n <= frames; ++n) {
+            const auto now = at(0.4 + 0.02 * n / frames);
+            sum += change(before, now);
+            before = now;
+        }
+        return sum;
+    };
+    const double few = changes(4), many = changes(8);
+    RecordProperty("many_frames_over_few", std::to_string(many / few));
+    EXPECT_NEAR(many / few, 1, 0.05);
 }
 
 TEST_F(LiveBakes, SayWhatTheyCannot) {
