@@ -11,6 +11,7 @@
 
 #include "bake/graded/voxel_mean.h"
 #include "bake/report/error.h"
+#include "bake/scene/solids.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
@@ -125,9 +126,21 @@ private:
             return excessAt(index, place(at));
         }
         if (first_.samples()) return excessAt(index, place(at));
-        return meanAcrossRims(
+        // Eye rays see which way a face looks: steps of 1 in 4^3 are terraces on it.
+        return meanAcrossRims<8>(
             place(at), out_.world_from_node, [&](const glm::dvec3& world) { return index.contains(world); },
             [&](const glm::dvec3& world) { return excessAt(index, world); });
+    }
+
+    /// Steps from a node to the next ripple with the grid; eye rays, which are refracted in the middle of them, see
+    /// that in which way a face looks, and do not see how wide it is.
+    void spread(std::vector<double>& excess) const {
+        constexpr double kSigma = 1.1;  // nodes
+        SolidVolume volume;
+        volume.size = out_.count;
+        for (const double e : excess) volume.index.push_back(static_cast<float>(1 + e));
+        smooth(volume, kSigma);
+        for (std::size_t i = 0; i < excess.size(); ++i) excess[i] = double(volume.index[i]) - 1;
     }
 
     void addSpline(const GradedIndex& index) {
@@ -141,12 +154,19 @@ private:
         while (most > 0 && most * scale < 0.125) scale *= 2;
         SplineIndex::Nodes nodes;
         nodes.count = out_.count;
-        const SplineFit fit = out_.spline.empty() ? SplineFit::Auto : out_.fit;
-        const SplineIndex spline(
-            nodes,
-            [&](const glm::dvec3& p) { return 0.5 + scale * excess[flat(out_.count, glm::ivec3(glm::round(p)))]; },
-            whole_ && fit == SplineFit::Auto ? SplineFit::Through : fit);
-        if (out_.spline.empty()) out_.fit = spline.fit(), samples_ = std::move(excess);
+        const auto fitted = [&](SplineFit fit) {
+            return SplineIndex(
+                nodes,
+                [&](const glm::dvec3& p) { return 0.5 + scale * excess[flat(out_.count, glm::ivec3(glm::round(p)))]; },
+                fit);
+        };
+        const bool first = out_.spline.empty();
+        if (first && whole_) out_.fit = SplineFit::Through;
+        if (first && !whole_) out_.fit = fitted(SplineFit::Auto).fit();
+        spreads_ = out_.fit == SplineFit::Plain && !first_.samples();
+        if (spreads_) spread(excess);
+        const SplineIndex spline = fitted(out_.fit);
+        if (first) samples_ = std::move(excess);
         // What is less than single precision around 1/2 is nothing.
         constexpr float kNothing = 1.2e-7f;
         std::vector<float> coefficients(samples_.size());
@@ -228,14 +248,21 @@ private:
         if (!out_.sharp_sides)
             forEachNode(out_.count, monitor_,
                         [&](const glm::ivec3& node, std::size_t i) { face[i] = isFace(node) ? 255 : 0; });
-        out_.faces.assign(samples_.size(), 0);
-        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-            const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
-            for (int z = low.z; z <= high.z; ++z)
-                for (int y = low.y; y <= high.y; ++y)
-                    for (int x = low.x; x <= high.x; ++x)
-                        out_.faces[i] = std::max(out_.faces[i], face[flat(out_.count, {x, y, z})]);
-        });
+        // A node more on all sides, and one more along the axes where a step was made wider.
+        out_.faces = face;
+        for (int grown = 0; grown < (spreads_ ? 2 : 1); ++grown) {
+            const std::vector<std::uint8_t> before = out_.faces;
+            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+                const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
+                for (int z = low.z; z <= high.z; ++z)
+                    for (int y = low.y; y <= high.y; ++y)
+                        for (int x = low.x; x <= high.x; ++x) {
+                            const int apart = std::abs(x - node.x) + std::abs(y - node.y) + std::abs(z - node.z);
+                            if (grown == 0 || apart <= 1)
+                                out_.faces[i] = std::max(out_.faces[i], before[flat(out_.count, {x, y, z})]);
+                        }
+            });
+        }
         if (std::count(out_.faces.begin(), out_.faces.end(), 255) == 0) out_.faces.clear();
     }
 
@@ -268,6 +295,7 @@ private:
     std::vector<double> samples_;  // (n^2 - 1) / 2 of the first index
     glm::dvec3 low_{0}, high_{0};  // of the object, in nodes
     bool whole_ = false;           // it fills its box
+    bool spreads_ = false;         // its faces are made wider than a step
 };
 
 }  // namespace

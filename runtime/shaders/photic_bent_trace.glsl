@@ -12,6 +12,10 @@
 #define PHOTIC_BENT_STEP 0
 #define PHOTIC_BENT_ENTER 1  // through a sharp side
 #define PHOTIC_BENT_START 2  // the eye is in an object
+#define PHOTIC_BENT_SEEK 3   // along the ray, for the place where a face is
+#define PHOTIC_BENT_PEAK 4   // there: which way it looks
+#define PHOTIC_BENT_PROBE 5  // behind it, for its index there
+#define PHOTIC_BENT_LAND 6   // on it
 
 /// A ray, as it is followed. Where nothing bends it, it goes straight from `start`: places are start + count * step *
 /// momentum, never summed up, so that passing over many steps at once changes no bit.
@@ -24,17 +28,26 @@ struct PhoticBentRay {
     int look;       // what its next look-up is for: PHOTIC_BENT_STEP ...
     vec3 weight;    // what of the radiance from further on arrives, times (n_there / n_eye)^2
 };
-/// A face that is being crossed: Fresnel's equations need the momentum before and after.
+/// A face that is being looked for. In samples a face is some nodes wide; light is refracted where it lies, in the middle
+/// of its jump, as by the face that was sampled: what a ray does within its width would be off by the width over the
+/// face's radius.
 struct PhoticBentFace {
-    bool open;
-    vec3 place, before, kick;
-    vec3 middle;  // where it bends most: the face itself
-    float strength;
-    vec3 weight;  // the ray's, before it
+    vec3 way;         // a node along the ray [m]
+    float along;      // nodes gone
+    float last, before;  // strength of the gradient at the last two places
+    float peak;       // nodes to where it is strongest, then to the middle of the jump
+    vec3 normal;      // a node across the face, to its far side [m]
+    float excess, slope, way_slope;  // (n^2 - 1) / 2 at the peak, and what it changes a node, across and along the ray
+    float probe;      // nodes behind it
+    bool settled;     // the index changes no more there
+    float far;        // excess behind it
+    vec3 near, beyond;  // gradients before and behind [1/m]
+    vec3 passed;      // sum of the gradients at the places gone by [1/m]
+    bool met;         // there was a peak, though perhaps it was only passed by
 };
 
 /// Share of the power that a face reflects, averaged over both polarisations, from the momentum before and after along
-/// its normal and n^2 of both sides. However thick the face is: r_s = tanh(ln(b / a) / 2), whatever the way from a to b.
+/// its normal and n^2 of both sides.
 float photicFresnel(float a, float b, float square_a, float square_b) {
     float s = (b - a) / (b + a), q = square_b * a / (square_a * b), p = (q - 1.0) / (q + 1.0);
     return min(1.0, 0.5 * (s * s + p * p));
@@ -95,85 +108,27 @@ void photicBentPush(vec3 place, vec3 momentum, vec3 weight) {
 }
 
 #ifdef PHOTIC_LIT
-/// What baked light sends off a face towards the eye: Lambert's share, and a highlight after Cook and Torrance with GGX
-/// (Walter et al., Microfacet Models for Refraction through Rough Surfaces, EGSR 2007).
-/// @param coat    albedo and alpha
-/// @param normal  unit, to the side of the eye
-/// @param momentum  of the eye's ray as it comes
-/// @param beyond    n^2 on the other side; negative: the ray is reflected totally
-vec3 photicBentShine(vec4 coat, vec3 place, vec3 normal, vec3 momentum, float beyond) {
-    float square = dot(momentum, momentum);
+/// Light of the volume that a step scatters towards the eye.
+void photicBentScatter(PhoticBentMedium m, vec3 place, float length_m, float square) {
+    if (m.scattering == vec3(0.0)) return;
     PhoticLight light = photicSample(place + photic_bent_origin.xyz);
-    float arrives = -dot(normal, light.flux);
-    if (!(light.mean > 0.0) || arrives <= 0.0) return vec3(0.0);
-    vec3 brdf = coat.rgb * 0.31830988618;
-    vec3 to_light = -normalize(light.flux), to_eye = -normalize(momentum), halfway = normalize(to_light + to_eye);
-    float nl = dot(normal, to_light), nv = dot(normal, to_eye);
-    if (coat.w > 0.0 && nv > 0.0) {
-        float a2 = coat.w * coat.w, nh = dot(normal, halfway), lh = dot(to_light, halfway), d = nh * nh * (a2 - 1.0) + 1.0;
-        float before = sqrt(square) * lh, after2 = beyond - square + before * before;
-        float fresnel = after2 > 0.0 ? photicFresnel(before, sqrt(after2), square, beyond) : 1.0;
-        float shadows = 0.5 / (nl * sqrt(a2 + (1.0 - a2) * nv * nv) + nv * sqrt(a2 + (1.0 - a2) * nl * nl));
-        brdf += fresnel * shadows * a2 / (3.14159265359 * d * d);
-    }
-    return brdf * light.irradiance * (arrives / light.mean * photicBasic(square));
-}
-#endif
-
-/// Adds what the coat of a face sends back. @return its albedo, by which what goes on is less
-/// @param node    of the face
-/// @param place   beside it, on the eye's side, where light is looked up
-/// @param beyond  n^2 on the other side; negative: the ray is reflected totally
-/// @param weight  of the ray before the face
-vec3 photicBentReflect(int object, vec3 node, vec3 place, vec3 normal, vec3 momentum, float beyond, vec3 weight) {
-    vec4 coat = photicBentCoat(object, node);
-    if (coat == vec4(0.0)) return vec3(0.0);
-    vec3 sent = coat.rgb * photicBentAmbient(normal);
-#ifdef PHOTIC_LIT
-    sent += photicBentShine(coat, place, normal, momentum, beyond);
-#endif
-    photic_bent_sum += weight * sent;
+    if (!(light.mean > 0.0)) return;
+    float size = length(light.flux);
+    float cosine = size > 0.0 ? -dot(light.flux, photic_bent_ray.momentum) / (size * sqrt(square)) : 0.0;
+    float phase = photicPhase(cosine, m.anisotropy * min(1.0, size / light.mean));
+    vec3 half_way = exp(-0.5 * length_m * (m.absorption + m.scattering));
+    photic_bent_sum += photic_bent_ray.weight * half_way * m.scattering * light.irradiance *
+                       (phase * length_m * photicBasic(square));
     photic_bent_touched = true;
-    return coat.rgb;
 }
-
-/// The face that is open has been crossed: reflects its share. What its steps have made of the momentum along its
-/// normal is put right, so that |p| is n again: Snell's law holds however long the steps were.
-/// @param square  n^2 where the ray is
-void photicBentCloseFace(float square) {
-    if (!photic_bent_face.open) return;
-    photic_bent_face.open = false;
-    vec3 kick = photic_bent_ray.momentum - photic_bent_face.before;
-    float size = length(kick);
-    if (size < 1e-3) return;
-    vec3 normal = kick / size;
-    float a = dot(photic_bent_face.before, normal), b = dot(photic_bent_ray.momentum, normal);
-    vec3 along = photic_bent_ray.momentum - b * normal;
-    float right = square - dot(along, along);
-    if (right > 0.0) {
-        b = b < 0.0 ? -sqrt(right) : sqrt(right);
-        photic_bent_ray.momentum = along + b * normal;
-    }
-    bool turned_back = a * b <= 0.0;
-    float before = dot(photic_bent_face.before, photic_bent_face.before);
-    vec3 passes = 1.0 - photicBentReflect(photic_bent_ray.object,
-                                          photicBentNode(photic_bent_ray.object, photic_bent_face.middle),
-                                          photic_bent_face.place, a > 0.0 ? -normal : normal,
-                                          photic_bent_face.before,
-                                          turned_back ? -1.0 : square, photic_bent_face.weight);
-    photic_bent_ray.weight *= passes;
-    if (turned_back) return;  // all of the light goes that way
-    float share = photicFresnel(a, b, before, square);
-    photicBentPush(photic_bent_face.place, photic_bent_face.before - (2.0 * a) * normal,
-                   photic_bent_face.weight * passes * share);
-    photic_bent_ray.weight *= 1.0 - share;
-}
+#endif
 
 void photicBentBegin(vec3 place, vec3 momentum, vec3 weight, int object) {
     photic_bent_ray = PhoticBentRay(place, momentum, 0.0, 0.0, vec3(0.0), object, PHOTIC_BENT_STEP, weight);
-    photic_bent_face.open = false;
     photic_bent_stretch = 0.0;
 }
+
+#include "photic_bent_face.glsl"
 
 /// At a sharp side of an object's box: refracts the ray, or reflects all of it. @param into  of the object
 /// @param square  n^2 on the side that it goes to
@@ -202,22 +157,6 @@ void photicBentCrossSide(int object, vec3 place, bool into, float square) {
     photicBentPush(place - hair, mirrored, photic_bent_ray.weight * share);
     photicBentBegin(place + hair, along + sqrt(b2) * normal, photic_bent_ray.weight * (1.0 - share), into ? object : -1);
 }
-
-#ifdef PHOTIC_LIT
-/// Light of the volume that a step scatters towards the eye.
-void photicBentScatter(PhoticBentMedium m, vec3 place, float length_m, float square) {
-    if (m.scattering == vec3(0.0)) return;
-    PhoticLight light = photicSample(place + photic_bent_origin.xyz);
-    if (!(light.mean > 0.0)) return;
-    float size = length(light.flux);
-    float cosine = size > 0.0 ? -dot(light.flux, photic_bent_ray.momentum) / (size * sqrt(square)) : 0.0;
-    float phase = photicPhase(cosine, m.anisotropy * min(1.0, size / light.mean));
-    vec3 half_way = exp(-0.5 * length_m * (m.absorption + m.scattering));
-    photic_bent_sum += photic_bent_ray.weight * half_way * m.scattering * light.irradiance *
-                       (phase * length_m * photicBasic(square));
-    photic_bent_touched = true;
-}
-#endif
 
 /// Steps to take at once: those that are alike for certain.
 float photicBentJump(int object, vec3 node, vec3 rate) {
@@ -255,11 +194,6 @@ void photicBentKick(vec3 middle, vec3 force, PhoticBentMedium medium, bool bends
     photicBentScatter(medium, middle, length_m, square);
 #endif
     photicBentPass(medium.absorption + medium.scattering, medium.emission, length_m, square);
-    photic_bent_face.kick += step * force;
-    if (length(force) > photic_bent_face.strength) {
-        photic_bent_face.strength = length(force);
-        photic_bent_face.middle = middle;
-    }
     photic_bent_touched = photic_bent_touched || bends;
     if (bends || leaves) {
         photic_bent_ray.start = middle + (0.5 * step) * momentum;
@@ -316,8 +250,15 @@ void photicBentLook(int channel) {
         place = photic_bent_ray.start +
                 ((photic_bent_ray.count + 0.5) * photic_bent_ray.step) * photic_bent_ray.momentum;
         node = photicBentNode(object, place);
-        even = photic_bent_counts.w != 0 && photic_bent_objects[object].block.w == 0 && !photic_bent_face.open &&
-               photicBentReach(object, node) > 0;
+        even = photic_bent_counts.w != 0 && photic_bent_objects[object].block.w == 0 && photicBentReach(object, node) > 0;
+    }
+#endif
+#ifndef PHOTIC_EULER
+    if (photic_bent_ray.look >= PHOTIC_BENT_SEEK) {
+        float along = photic_bent_ray.look == PHOTIC_BENT_SEEK ? photic_bent_face.along : photic_bent_face.peak;
+        place = photic_bent_ray.start + along * photic_bent_face.way;
+        if (photic_bent_ray.look == PHOTIC_BENT_PROBE) place += photic_bent_face.probe * photic_bent_face.normal;
+        node = photicBentNode(object, place);
     }
 #endif
     PhoticRefraction here = PhoticRefraction(0.0, vec3(0.0));
@@ -336,26 +277,29 @@ void photicBentLook(int channel) {
 #ifdef PHOTIC_EULER
     photicBentEuler(here);
 #else
+    if (photic_bent_ray.look >= PHOTIC_BENT_SEEK) {
+        photicBentSeek(object, place, node, here);
+        return;
+    }
     vec3 force = here.gradient;
     float strength = length(force), step = photic_bent_ray.step;
+    bool bends = strength > 0.0;
+    if (bends && photicBentFace(object, node)) {
+        photicBentAnew();
+        photic_bent_face.way = photic_bent_ray.momentum / length(photicBentNodeVector(object, photic_bent_ray.momentum));
+        photic_bent_face.along = 0.0;
+        photic_bent_face.last = photic_bent_face.before = 1e30;
+        photic_bent_face.passed = vec3(0.0);
+        photic_bent_face.met = false;
+        photic_bent_ray.look = PHOTIC_BENT_SEEK;
+        return;
+    }
     // Too long for what was met: again, shorter.
     if (strength * step > 1.5 * photic_bent_march.y * n && !leaves && step > 0.02 * longest) {
         photicBentAnew();
         photic_bent_ray.force = force;
         return;
     }
-    bool bends = strength > 0.0, face = bends && photicBentFace(object, node);
-    if (photic_bent_face.open && (!face || dot(force, photic_bent_face.kick) < 0.0)) {
-        // Behind it, or where the next one begins; the step is taken anew with the momentum that comes of it. The index
-        // is that of the step's middle, less what it changes from here to there.
-        photicBentAnew();
-        photicBentCloseFace(square - 2.0 * dot(force, place - photic_bent_ray.start));
-        return;
-    }
-    if (face && !photic_bent_face.open)
-        photic_bent_face = PhoticBentFace(true, photicBentPlace(), photic_bent_ray.momentum, vec3(0.0), photicBentPlace(), 0.0,
-                                          photic_bent_ray.weight);
-
     PhoticBentMedium medium = photicBentMedium(object, node);
     bool scatters = false;
 #ifdef PHOTIC_LIT
@@ -373,7 +317,6 @@ void photicBentLook(int channel) {
         photicBentCrossSide(object, photicBentPlace(), false, 1.0);
     } else if (!photicBentHolds(object, photicBentNode(object, photicBentPlace()))) {
         photicBentFlush();
-        photicBentCloseFace(dot(photic_bent_ray.momentum, photic_bent_ray.momentum));
         photic_bent_ray.object = -2;  // whether in another is looked up next
     }
 #endif
