@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include "bake/numerics/foot_kernel.h"
@@ -14,6 +15,10 @@ namespace photic {
 namespace {
 
 constexpr int kMaxRepairs = 16;  // of a layer whose neighbours know better feet
+
+// Of the largest coordinate: points nearer to the surface than this lie on it. The way from their feet would be
+// rounding by more than a millionth.
+constexpr double kOnSurface = 1e6 * std::numeric_limits<double>::epsilon();
 
 constexpr std::vector<double> FootPointLayer::*kFields[] = {
     &FootPointLayer::foot_x,    &FootPointLayer::foot_y,  &FootPointLayer::foot_z,  &FootPointLayer::foot_arrival,
@@ -28,11 +33,14 @@ public:
           nx_(static_cast<std::size_t>(points.count_x)),
           ny_(static_cast<std::size_t>(points.count_y)),
           above_(points.count_x, points.count_y),
-          here_(points.count_x, points.count_y) {
+          here_(points.count_x, points.count_y),
+          corner_(points.origin) {
         const double* c = front.surface->coefficients();
         const auto [low, high] =
             std::minmax_element(c, c + std::ptrdiff_t(front.surface->countX()) * front.surface->countY());
         lowest_ = *low, highest_ = *high;
+        for (const double x : {px(0), px(nx_ - 1), py(0), py(ny_ - 1), lowest_, highest_})
+            on_surface_ = std::max(on_surface_, kOnSurface * std::fabs(x));
     }
 
     void run(const std::function<bool(int, const FootPointLayer&)>& visit) {
@@ -79,9 +87,10 @@ private:
     /// Marks what lies above the surface, and the space between rows that the last register has written to.
     void closeRow(std::size_t j) {
         for (std::size_t i = nx_; i < here_.pitch - FootPointLayer::kBetween; ++i) mark(here_.at(i, j));
-        if (corner_.z < lowest_) return;
+        const double z = corner_.z + on_surface_;
+        if (z < lowest_) return;
         for (std::size_t i = 0; i < nx_; ++i)
-            if (corner_.z >= front_.surface->at({px(i), py(j)}).h) mark(here_.at(i, j));
+            if (z >= front_.surface->at({px(i), py(j)}).h) mark(here_.at(i, j));
     }
     void mark(std::size_t at) { here_.arrival[at] = here_.foot_arrival[at] = FootPointLayer::kAboveSurface; }
 
@@ -139,6 +148,7 @@ private:
     FootPointLayer above_, here_;
     glm::dvec3 corner_{0};
     double lowest_ = 0, highest_ = 0;  // the surface lies between
+    double on_surface_ = 0;            // [m]
     const FootKernels kernels_ = footKernels();
 };
 

@@ -36,7 +36,7 @@ struct PointLayers {
 };
 
 /// First arrivals in one layer, in rows with space between them; point (i, j) lies at index at(i, j). Points above the
-/// surface have arrival = foot_arrival = kAboveSurface.
+/// surface, and those on it to rounding, have arrival = foot_arrival = kAboveSurface.
 struct FootPointLayer {
     static constexpr double kAboveSurface = 1e60;
     static constexpr std::size_t kBetween = 8;  ///< a register

@@ -50,6 +50,36 @@ TEST(HeightTable, InterpolatesAndDifferentiates) {
     }
 }
 
+// Far from the origin the way from a foot that lies a hair away is all rounding, and would be no direction.
+TEST(FootPoint, PointsOnTheSurfaceToRoundingAreNotBelowIt) {
+    const glm::dvec2 far(9662.3, -7943.1);
+    const double level = 2696.75;
+    const int count = 64;
+    const HeightTable table(far - 1.6, 0.05, count, count, std::vector<double>(std::size_t(count * count), level));
+    const glm::dvec3 sun = glm::normalize(glm::dvec3(0.1, 0.02, -0.99));
+    for (const double below : {1e-13, 1e-12, 3e-12, 1e-10, 1e-8, 1e-5, 1e-3}) {
+        PointLayers points;
+        points.origin = {far - 0.4, level - below}, points.step_x = points.step_y = 1.0 / 12;
+        points.count_x = points.count_y = 9, points.count_z = 1;
+        int lit = 0;
+        sweepFootPoints({&table, sun, 1.333}, points, [&](int, const FootPointLayer& layer) {
+            for (int j = 0; j < points.count_y; ++j)
+                for (int i = 0; i < points.count_x; ++i) {
+                    const std::size_t at = layer.at(std::size_t(i), std::size_t(j));
+                    if (layer.arrival[at] >= FootPointLayer::kAboveSurface) continue;
+                    // As a caller may find it who counts from another column.
+                    const glm::dvec3 other = points.origin + glm::dvec3(3 * points.step_x, 3 * points.step_y, 0);
+                    const glm::dvec3 p = other + glm::dvec3((i - 3) * points.step_x, (j - 3) * points.step_y, 0),
+                                     foot(layer.foot_x[at], layer.foot_y[at], layer.foot_z[at]);
+                    EXPECT_NEAR(glm::length(p - foot) / layer.distance[at], 1, 5e-6) << below;
+                    ++lit;
+                }
+            return true;
+        });
+        EXPECT_EQ(lit, below > 1e-4 ? 81 : lit) << below;
+    }
+}
+
 /// Snell's law under a tilted plane: rays, arrival and spread are known.
 TEST(FootPoint, TiltedPlaneObeysSnell) {
     const HeightTable table = tableOf([](double x, double y) { return 0.2 * x - 0.1 * y; }, 3, 0.05);
