@@ -155,6 +155,29 @@ bool Obstacles::standsIn(const ConvexRegion& space, const PathEvent& event, doub
     return optics_.tree().reaches(space, own) || (width > kNear && optics_.tree().reaches(space));
 }
 
+// Whether something stands in the layers behind a plane that light goes on to fill: it ends there, which corners alone
+// do not tell.
+bool Obstacles::standsBehind(const Path& a, const Path& b, std::int64_t& searches) const {
+    const auto behind = [&](const Path& path) {
+        const GridFrame& frame = optics_.frame();
+        const double exit =
+            frame.passDistance(frame.indexFromWorld(path.position), frame.indexDirection(path.direction));
+        const double end = std::clamp(exit, path.hit_distance, std::max(path.hit_distance, path.end_distance));
+        return Leg{path.position + path.hit_distance * path.direction, path.position + end * path.direction};
+    };
+    const auto endsOnPlane = [&](const Path& path) {
+        return path.end.kind == Target::Kind::Object &&
+               std::holds_alternative<Plane>(optics_.scene().objects[static_cast<std::size_t>(path.end.index)].shape);
+    };
+    if (!endsOnPlane(a) || !endsOnPlane(b)) return false;
+    const Leg behind_a = behind(a), behind_b = behind(b);
+    if (behind_a.start == behind_a.end && behind_b.start == behind_b.end) return false;  // outside of the grid
+    const ConvexRegion space = spaceBetween(behind_a, behind_b);
+    if (!isNear(space)) return false;
+    ++searches;
+    return optics_.tree().reaches(space);
+}
+
 bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t& searches) const {
     if (none() || a.outcome == PathOutcome::Dark || a.outcome == PathOutcome::Missed) return false;
     // The legs to the first surface were looked at when shorter histories were laid.
@@ -169,6 +192,7 @@ bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t
     // Nothing stands in a leg of a voxel, as in the wall of a glass.
     const bool short_legs = last_a.start == last_a.end && last_b.start == last_b.end;
     if (!short_legs && standsIn(spaceBetween(last_a, last_b), tracer_.history().back(), width, searches)) return true;
+    if (width > kNear && standsBehind(a, b, searches)) return true;
     if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
     const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
     return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);
@@ -236,7 +260,8 @@ Obstacles::Way Obstacles::ofBlock(RayRow* row, int first, int columns, int rows)
             const double exit_w = d.z < 0 ? frame.min.z - 0.5 : frame.max.z + 0.5;
             const double exit = (exit_w - r.w[k]) * r.per_layer[k] * (d.z < 0 ? -1 : 1);
             from_light.push_back(legFromLight(p));
-            last.push_back({p, p + std::min(r.hit_distance[k], std::max(0.0, exit)) * d});
+            const double end = std::fabs(r.w_end[k] - r.w[k]) * r.per_layer[k];  // behind a plane, if it is one
+            last.push_back({p, p + std::min(end, std::max(0.0, exit)) * d});
         }
     if (optics_.tree().reaches(spaceAround(from_light))) return Way::Unclear;
     if (!optics_.tree().reaches(spaceAround(last))) return Way::Free;

@@ -58,6 +58,7 @@ private:
     ConvexRegion spaceBetween(const Kites& kites) const;
     ConvexRegion spaceBetween(const Leg& a, const Leg& b) const { return spaceBetween(kitesOf(a, b)); }
     bool isNear(const ConvexRegion& space) const;
+    bool standsBehind(const Path& a, const Path& b, std::int64_t& searches) const;
     bool standsIn(const ConvexRegion& space, const PathEvent& event, double width, std::int64_t& searches) const;
     bool isLitBetween(const Leg& to_a, const Leg& to_b, double width) const;
     bool covered(const Leg& a, const Leg& b, double before, double behind) const;

@@ -301,6 +301,33 @@ TEST(DefaultSettings, ALowSunIsWithinOnePercent) {
 
 TEST(DefaultSettings, ALowSunIsThePhotons) { expectAlike(lowSun("")); }
 
+// Behind a plane light goes on for two layers, and there too it ends on what stands in its way, however wide the tubes
+// of level water are: it shone through a box that nearly reaches up to the plane (a seventh of all light in these
+// voxels).
+TEST(DefaultSettings, WhatStandsRightBehindAPlaneEndsLight) {
+    expectAlike(R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.42]
+max = [0.5, 0.5, 0.38]
+voxel_size = 0.125
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+irradiance = 1
+[[surface]]
+name = "water"
+size = [2.7, 2.7]
+flat = true
+[[object]]
+name = "box"
+box = { min = [0.139, -0.189, -0.664], max = [0.705, 0.284, -0.1596] }
+[[object]]
+name = "floor"
+plane = { point = [0, 0, -0.1556] }
+)",
+                0.02, 0.003);
+}
+
 // --- The paper's preset.
 
 TEST(DefaultSettings, TheErnstPresetRunsWithinItsErrorInEnergy) {
