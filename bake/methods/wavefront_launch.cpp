@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -20,6 +21,11 @@ namespace {
 
 constexpr double kMostRays = 67108864;  // 2^26: 4 GB
 constexpr int kBlock = 8;               // cells a side of a block of tubes
+
+// Sides of a triangle over the radius of a spot's cone there, up to which its strength is asked for by the middles of
+// the sides; and the halvings after which it is, whatever the cone.
+constexpr double kNarrowCone = 0.1;
+constexpr int kMostHalvings = 14;
 
 void refuseLamp(const Light& light, const std::string& why) {
     throw Error(ErrorCode::Input,
@@ -95,8 +101,37 @@ glm::dvec3 LaunchPlane::power(const glm::dvec2& a, const glm::dvec2& b, const gl
         const double area = 0.5 * glm::length(glm::cross(p[1] - p[0], p[2] - p[0]));
         return sample_.strength * (area * std::fabs(sample_.direction[axis_]));
     }
+    return lampPower({p[0], p[1], p[2]}, 0);
+}
+
+// Of a spot over a triangle.
+LaunchPlane::Cone LaunchPlane::coneOver(const std::array<glm::dvec3, 3>& corner) const {
+    if (sample_.light->type != LightType::Spot) return Cone::Even;
+    const glm::dvec3 to = (corner[0] + corner[1] + corner[2]) / 3.0 - *sample_.source;
+    const double distance = glm::length(to), half_cone = 0.5 * sample_.light->cone_angle_deg * std::numbers::pi / 180;
+    double reach = 0;
+    for (std::size_t i = 0; i < 3; ++i) reach = std::max(reach, glm::distance(corner[i], corner[(i + 1) % 3]));
+    const double off = std::acos(std::clamp(glm::dot(to, sample_.direction) / distance, -1.0, 1.0));
+    if (distance > reach && off - std::asin(reach / distance) > half_cone) return Cone::Beside;
+    return reach > kNarrowCone * distance * std::tan(std::min(half_cone, 1.0)) ? Cone::Narrow : Cone::Even;
+}
+
+// A cone may be as narrow as a cell or narrower: its parts are asked then, or its corners would tell too much light or
+// none.
+glm::dvec3 LaunchPlane::lampPower(const std::array<glm::dvec3, 3>& corner, int halvings) const {
+    const Cone cone = coneOver(corner);
+    if (cone == Cone::Beside) return glm::dvec3(0);
+    std::array<glm::dvec3, 3> middle;
+    for (std::size_t i = 0; i < 3; ++i) middle[i] = 0.5 * (corner[i] + corner[(i + 1) % 3]);
+    if (cone == Cone::Narrow && halvings < kMostHalvings) {
+        glm::dvec3 sum = lampPower(middle, halvings + 1);
+        for (std::size_t i = 0; i < 3; ++i) sum += lampPower({corner[i], middle[i], middle[(i + 2) % 3]}, halvings + 1);
+        return sum;
+    }
+    // Exact where strength is quadratic.
     glm::dvec3 d[3], strength(0);
-    for (int i = 0; i < 3; ++i) d[i] = directionAt(p[i]), strength += strengthTowards(d[i]) / 3.0;
+    for (std::size_t i = 0; i < 3; ++i)
+        d[i] = directionAt(corner[i]), strength += strengthTowards(directionAt(middle[i])) / 3.0;
     // Solid angle [Van Oosterom and Strackee 1983].
     const double volume = std::fabs(glm::dot(d[0], glm::cross(d[1], d[2])));
     return strength * 2.0 * std::atan2(volume, 1 + glm::dot(d[0], d[1]) + glm::dot(d[1], d[2]) + glm::dot(d[2], d[0]));

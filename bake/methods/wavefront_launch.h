@@ -62,6 +62,9 @@ public:
 
 private:
     glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
+    glm::dvec3 lampPower(const std::array<glm::dvec3, 3>& corner, int halvings) const;
+    enum class Cone { Even, Narrow, Beside };
+    Cone coneOver(const std::array<glm::dvec3, 3>& corner) const;
 
     const FrontLaunch& launch_;
     const LightSample& sample_;

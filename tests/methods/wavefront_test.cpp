@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
+#include <numbers>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -392,6 +393,24 @@ TEST(Wavefront, TheCausticGridIsTheLightOverWhatThereWouldBeWithoutMedia) {
         EXPECT_NEAR(double(b.result.caustic->value(focus, 0)), b.fluence(focus) * (light == kDown ? 1 : way * way),
                     1e-4 * b.fluence(focus));
     }
+}
+
+// A cone of a voxel's width lies between the corners of the launched cells, or on one of them.
+TEST(Wavefront, ANarrowSpotSendsWhatItsConeDoes) {
+    const std::string salt =
+        medium("{ kind = \"salt\", level = -0.2, thickness = 0.05, n_above = 1.333, n_below = 1.36 }");
+    for (const double angle : {0.5, 3.0})
+        for (const double blend : {0.0, 0.3}) {
+            const Bake b =
+                bake(sceneOf("min = [-0.5, -0.5, -0.6]\nmax = [0.5, 0.5, 0]\nvoxel_size = 0.05",
+                             "type = \"spot\"\nposition = [0.013, 0.021, 1]\ndirection = [0.05, 0, -1]\npower = 1\n"
+                             "angle = " +
+                                 std::to_string(angle) + "\nblend = " + std::to_string(blend),
+                             salt));
+            const double rim = std::cos(0.5 * angle * std::numbers::pi / 180);
+            EXPECT_NEAR(b.report().power.emitted / (0.5 * (1 - rim) * (1 - blend / 2)), 1, 0.01)
+                << angle << ", " << blend;
+        }
 }
 
 TEST(Wavefront, ALampMakesASphericalFront) {
