@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 #include "bake/field/floor_div.h"
 #include "bake/optics/snell.h"
@@ -20,7 +21,23 @@ constexpr double kMaxVoxels = 274877906944.0;  // 2^38: 4.4 TB of light if every
 constexpr double kMaxIndex = 1 << 28;          // indices stay far from the ends of 32 bits, leaf arithmetic included
 constexpr double kTolerance = 1e-6;            // [voxels] bounds this close to a voxel's side lie on it
 
-// The mean direction in which a flat surface sends the strongest light, as dx/dz and dy/dz.
+// The mean normal of a surface, upwards where it has no mesh; none of a closed mesh, whose normals cancel.
+std::optional<glm::dvec3> meanNormal(const Surface& surface) {
+    if (!surface.mesh) return glm::dvec3(0, 0, 1);
+    constexpr double kClosed = 1e-6;  // of all areas: what is left of their sum is rounding
+    glm::dvec3 sum(0);
+    double areas = 0;
+    const auto& p = surface.mesh->positions;
+    for (const auto& t : surface.mesh->triangles) {
+        const glm::dvec3 area = glm::cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+        sum += area, areas += glm::length(area);
+    }
+    if (!(glm::length(sum) > kClosed * areas)) return std::nullopt;
+    return glm::normalize(sum);
+}
+
+// The mean direction in which a flat surface sends the strongest light, as dx/dz and dy/dz; its own beside a closed
+// body, which sends it every way.
 glm::dvec2 shearAlongLight(const Scene& scene) {
     if (scene.lights.empty())
         throw Error(ErrorCode::Input, "shear = \"light\" needs a light; add a [[light]] or use shear = \"none\"",
@@ -29,15 +46,10 @@ glm::dvec2 shearAlongLight(const Scene& scene) {
     const Light& light = *std::max_element(scene.lights.begin(), scene.lights.end(),
                                            [&](const Light& a, const Light& b) { return strength(a) < strength(b); });
     glm::dvec3 direction = glm::normalize(light.direction);
-    if (!scene.surfaces.empty()) {
+    const std::optional<glm::dvec3> mean = scene.surfaces.empty() ? std::nullopt : meanNormal(scene.surfaces.front());
+    if (mean) {
         const Surface& surface = scene.surfaces.front();
-        glm::dvec3 normal(0, 0, 1);
-        if (surface.mesh) {
-            glm::dvec3 sum(0);
-            const auto& p = surface.mesh->positions;
-            for (const auto& t : surface.mesh->triangles) sum += glm::cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
-            if (glm::length(sum) > 0) normal = glm::normalize(sum);
-        }
+        const glm::dvec3 normal = *mean;
         const bool from_front = glm::dot(direction, normal) < 0;
         const Interface crossing =
             interfaceAt(direction, from_front ? normal : -normal, from_front ? surface.ior_above : surface.ior_below,

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "bake/report/error.h"
+#include "bake/scene/mesh_file.h"
 
 namespace photic {
 namespace {
@@ -77,6 +78,20 @@ TEST(SceneFrame, MultiplesOfTheVoxelGainNoLayer) {
     EXPECT_EQ(sceneFrame(scene).size(), glm::ivec3(19, 18, 18));
     scene.domain.layer_height = 0.1;
     EXPECT_EQ(sceneFrame(scene).size().z, 6);
+}
+
+// The normals of a closed mesh cancel but for rounding, which is no direction: its grid leaned any way, and another
+// when all was moved.
+TEST(SceneFrame, BesideAClosedBodyTheGridLeansWithTheLightItself) {
+    for (const glm::dvec3& centre : {glm::dvec3(0.1, -0.2, -0.5), glm::dvec3(300.1, -70.2, 12.5)}) {
+        Scene scene = poolScene();
+        scene.surfaces[0].height_field = nullptr;
+        scene.surfaces[0].mesh = std::make_shared<const TriangleMesh>(sphereMesh(centre, 0.2, 16));
+        scene.domain.shear_mode = ShearMode::Light, scene.domain.layer_height = 1.0 / 16;
+        const glm::dvec3 d = scene.lights[0].direction, layer = sceneFrame(scene).worldFromIndex()[2];
+        EXPECT_NEAR(layer.x, d.x / d.z / 16, 1e-12);
+        EXPECT_NEAR(layer.y, d.y / d.z / 16, 1e-12);
+    }
 }
 
 TEST(SceneFrame, ShearedGridCoversTheDomainAndLeansWithTheRefractedLight) {
