@@ -79,9 +79,8 @@ void TubeBuilder::countRegular(const RayRow* row, int first, int columns, int ro
             const double hit = r.hit_distance[k];
             double exit = std::numeric_limits<double>::infinity();
             if (!medium.clear() || std::isfinite(hit))
-                exit = std::max(
-                    0.0, frame().exitDistance({r.u[k], r.v[k], r.w[k]}, glm::dvec3(r.du[k], r.dv[k], 1.0) *
-                                                                            ((down ? -1.0 : 1.0) / r.per_layer[k])));
+                exit = exitDistance({r.u[k], r.v[k], r.w[k]},
+                                    glm::dvec3(r.du[k], r.dv[k], 1.0) * ((down ? -1.0 : 1.0) / r.per_layer[k]));
             const bool hits = std::isfinite(hit) && hit <= exit;
             double PowerLedger::*const end = hits ? &PowerLedger::received : &PowerLedger::escaped;
             if (medium.clear())

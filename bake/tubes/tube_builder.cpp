@@ -67,6 +67,22 @@ CornerRay TubeBuilder::cornerRay(const Path& path, int axis, double end_distance
     return ray;
 }
 
+// Where a corner's leg leaves the box, in index space; 0 where it stands beside it. The corners of the outermost tubes
+// lie on the box's sides: which of the sides' own they are must not fall to a hair, or a third of all those tubes would
+// leave the box where they begin.
+double TubeBuilder::exitDistance(const glm::dvec3& position, const glm::dvec3& direction) const {
+    constexpr double kHair = 0.01;  // voxels
+    const int along = mainAxis(direction);
+    double exit = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a) {
+        if (direction[a] == 0) continue;
+        const double beside = 0.5 + (a == along ? 0 : kHair),
+                     side = direction[a] > 0 ? frame().max[a] + beside : frame().min[a] - beside;
+        exit = std::min(exit, (side - position[a]) / direction[a]);
+    }
+    return std::max(exit, 0.0);
+}
+
 // What a lamp's own medium takes before its first surface.
 void TubeBuilder::countFirstLeg(const Path& path, const glm::dvec3& emitted) {
     PowerLedger handed_on;
@@ -106,8 +122,7 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
         power_.*unlaid += channelMean(power);
         return 0;
     }
-    const double exit = std::max(
-        0.0, frame().exitDistance(frame().indexFromWorld(path.position), frame().indexDirection(path.direction)));
+    const double exit = exitDistance(frame().indexFromWorld(path.position), frame().indexDirection(path.direction));
     const double length = std::min(path.hit_distance, exit);
     const OpticalMedium& medium = optics_->medium(path.medium);
     if (hands_on) {

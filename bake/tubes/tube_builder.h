@@ -127,6 +127,7 @@ private:
     void layTube(const Corners& corners, int axis, const std::array<glm::dvec3, 3>& powers);
     void layPart(const Corners& corners, int axis, const glm::dvec3& power, const std::array<double, 3>& ends);
     TubeConstants constantsOf(const Corners& corners, int axis, const glm::dvec3& power) const;
+    double exitDistance(const glm::dvec3& position, const glm::dvec3& direction) const;
     void countFirstLeg(const Path& path, const glm::dvec3& emitted);
     double countCorner(const Path& path, const glm::dvec3& emitted, double PowerLedger::*unlaid);
     bool regularMissesBox(const RayRow* row, int first, int columns, int rows) const;
