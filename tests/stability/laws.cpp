@@ -72,7 +72,8 @@ double allowedByIndex(const SceneModel& scene) {
     }
 }
 
-// Whether an endless plane hides a part of a sun's disc, which is known to one of the directions that stand for it.
+// Whether an endless plane hides a part of a sun's disc, which is known to one of the directions that stand for it: of
+// half of them, where it hides the half that it must hide to be noticed.
 bool partsADisc(const SceneModel& scene) {
     return std::any_of(scene.lamps.begin(), scene.lamps.end(), [&](const SceneModel::Lamp& lamp) {
         const double rim = std::sin(0.5 * lamp.disc * std::numbers::pi / 180);
@@ -179,7 +180,7 @@ std::optional<Violation> brokenByPhotons(const SceneModel& scene, const Baked& b
     const double wide = std::max(1.0, tubeWidth(scene));
     if (wide > 1 && !scene.glasses.empty()) return std::nullopt;
     const double directions = number(scene, "disc_samples = ");
-    const double allowed = wide * allowedByIndex(scene) + (partsADisc(scene) ? 1 / std::max(directions, 1.0) : 0);
+    const double allowed = wide * allowedByIndex(scene) + (partsADisc(scene) ? 2 / std::max(directions, 2.0) : 0);
     // What is said to be dropped may be missing, at most on its whole way through the box.
     const double dropped = std::fabs(b.power.dropped - p.power.dropped) * 2 * scene.scale;
     if (std::fabs(b.path.deposited - p.path.deposited) > allowed * scale + faint(scene, b) + dropped)
