@@ -106,7 +106,11 @@ void photicBentSeek(int object, vec3 place, vec3 node, PhoticRefraction here) {
             // Past all of it: straight on along a face that it does not meet, otherwise bent by what is beside faces.
             vec3 p = photic_bent_ray.momentum;
             float square = dot(p, p), s = kPace * length(photic_bent_face.way) / sqrt(square);
-            photicBentLength(object, photic_bent_ray.start, place, photic_bent_ray.start, square);
+            for (float done = 0.0; done < t; done += 1.0) {
+                vec3 low = photic_bent_ray.start + done * photic_bent_face.way;
+                vec3 high = photic_bent_ray.start + min(done + 1.0, t) * photic_bent_face.way;
+                photicBentLength(object, low, high, 0.5 * (low + high), square);
+            }
             vec3 bent = photic_bent_face.met ? p : p + s * photic_bent_face.passed;
             photicBentBegin(place, bent, photic_bent_ray.weight, holds ? object : -2);
             return;
