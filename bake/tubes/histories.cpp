@@ -254,8 +254,45 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;
         part = withoutFaint(part, kFaintSeed * faintness() * powerOnAVoxel(light));
-        for (const Light& one : parted(light, surface)) branchAt(one, history, surface, part, power, totals);
+        const std::vector<Light> lights = parted(light, surface);
+        if (lights.size() == 1) {
+            branchAt(lights.front(), history, surface, part, power, totals);
+            continue;
+        }
+        // Each wavelength gets its own share of what arrives, which depends on the light's colour there.
+        const std::vector<glm::dvec3> colours = coloursOf(light, history, surface, part);
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            std::vector<TubeSeed> of_one = part;
+            double power_of_one = 0;
+            for (std::size_t k = 0; k < part.size(); ++k) {
+                const double all = channelMean(colours[k]);
+                of_one[k].power *=
+                    all > 0 ? channelMean(colours[k] * spectrum_[i].weight) / all : channelMean(spectrum_[i].weight);
+                power_of_one += of_one[k].power;
+            }
+            branchAt(lights[i], history, surface, of_one, power_of_one, totals);
+        }
     }
+}
+
+// The light that seeds bring to a surface, by its channels: of those of their corners that come there.
+std::vector<glm::dvec3> HistoryLauncher::coloursOf(const Light& light, const History& history, int surface,
+                                                   const std::vector<TubeSeed>& seeds) const {
+    const PathTracer tracer(optics_, light.emission, history, light.wavelength);
+    std::vector<glm::dvec3> colours;
+    for (const TubeSeed& seed : seeds) {
+        glm::dvec3 sum(0);
+        for (const EmissionParam& corner : seed.corner) {
+            const Path path = tracer.trace(corner, seed.face);
+            if (path.outcome != PathOutcome::Lit || path.end != Target{Target::Kind::Surface, surface}) continue;
+            const OpticalMedium& medium = optics_.medium(path.medium);
+            for (int c = 0; c < 3; ++c)
+                sum[c] += path.arriving[c] * path.fraction[c] *
+                          std::exp(-(medium.absorption[c] + medium.scattering[c]) * path.hit_distance);
+        }
+        colours.push_back(light.emission.sample().strength * (channelMean(sum) > 0 ? sum : glm::dvec3(1)));
+    }
+    return colours;
 }
 
 void HistoryLauncher::branchAt(const Light& light, const History& history, int surface,

@@ -74,6 +74,8 @@ private:
                   double power, LaunchTotals& totals);
     double powerOnAVoxel(const Light& light) const;
     double faintness() const;
+    std::vector<glm::dvec3> coloursOf(const Light& light, const History& history, int surface,
+                                      const std::vector<TubeSeed>& seeds) const;
     LaunchOptions optionsFor(const History& history, bool first_branch) const;
     std::optional<Lattice> latticeFor(const Light& light, const LaunchDomain& domain) const;
     std::vector<Light> parted(const Light& light, int surface) const;

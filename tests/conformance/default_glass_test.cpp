@@ -153,5 +153,46 @@ flat = true
     EXPECT_LT(blockDifference(with.field(), without.field(), 2), 2e-3);
 }
 
+// Light that comes from clear glass to glass that parts its colours was laid once for every wavelength, whole: twelve
+// times. Here it is coloured besides, by its lamp and by the glass that it comes through.
+TEST(DefaultSettings, ColoursPartBehindOtherGlassToo) {
+    expectAlike(R"(photic = 1
+[domain]
+min = [-0.6, -0.6, -1.2]
+max = [0.6, 0.6, 0.8]
+resolution = 32
+[[light]]
+type = "sun"
+direction = [0.3, 0.1, -1]
+irradiance = [1000, 600, 200]
+angular_diameter = 0
+[[medium]]
+name = "tinted"
+ior = 1.5
+absorption = [0.2, 2, 5]
+[[medium]]
+name = "flint"
+abbe = [1.6, 30]
+[[surface]]
+name = "upper"
+kind = "sphere"
+position = [0, 0, 0.4]
+radius = 0.25
+inside = "tinted"
+event = "both"
+[[surface]]
+name = "lower"
+kind = "sphere"
+position = [0.05, 0, -0.4]
+radius = 0.3
+inside = "flint"
+event = "both"
+[[object]]
+name = "floor"
+plane = { point = [0, 0, -1], normal = [0, 0, 1] }
+)",
+                0.02, 0.002);
+}
+
 }  // namespace
 }  // namespace photic
