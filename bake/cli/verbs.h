@@ -66,7 +66,7 @@ struct CompareArguments {
     std::string standard_error;  ///< a volume whose irradiance is the standard error of b
     double bias_allowance = 0.005;
     std::optional<double> most_standard_error;  ///< share of b's light that scored voxels may have at most
-    std::string difference;  ///< PNG of a - b, images only
+    std::string difference;                     ///< PNG of a - b, images only
     bool json = false;
 };
 

@@ -21,8 +21,8 @@ struct RefineOptions {
     /// Share of the emitted power that counts as full light. What a share's root is below it, tubes may be coarser by:
     /// most tubes go where they lessen the error most.
     double full_share = 1;
-    /// How much less than usual a tube must carry to be too faint to be divided: a finer tolerance than the default asks
-    /// for faint light too.
+    /// How much less than usual a tube must carry to be too faint to be divided: a finer tolerance than the default
+    /// asks for faint light too.
     double faint = 1;
     const Monitor* monitor = nullptr;  ///< asked now and then whether to stop; null: nobody is
 };
