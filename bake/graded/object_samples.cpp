@@ -227,14 +227,20 @@ private:
         return std::sqrt(std::max(0.0, 1 + 2 * sum));
     }
 
-    bool isFace(const glm::ivec3& node) const {
-        constexpr double kLeastJump = 0.003, kShare = 0.7, kNear = 2, kFar = 6;  // nodes
+    /// Of the samples, per two nodes.
+    glm::dvec3 slopeAt(const glm::ivec3& node) const {
         glm::dvec3 slope;
         for (int a = 0; a < 3; ++a) {
             glm::ivec3 ahead = node, behind = node;
             ahead[a] = std::min(node[a] + 1, out_.count[a] - 1), behind[a] = std::max(node[a] - 1, 0);
             slope[a] = samples_[flat(out_.count, ahead)] - samples_[flat(out_.count, behind)];
         }
+        return slope;
+    }
+
+    bool isFace(const glm::ivec3& node) const {
+        constexpr double kLeastJump = 0.003, kShare = 0.7, kNear = 2, kFar = 6;  // nodes
+        const glm::dvec3 slope = slopeAt(node);
         const double length = glm::length(slope);
         if (!(length > 1e-4)) return false;
         const glm::dvec3 normal = slope / length, at(node);
@@ -243,12 +249,62 @@ private:
         return near > kLeastJump && near > kShare * far;
     }
 
+    /// Whether a face, of which this is the middle, is wider than the nodes that isFace() finds.
+    bool isMiddleOfWideFace(const glm::ivec3& node) const {
+        constexpr double kMiddle = 0.35, kShare = 0.9, kNear = 2, kFar = 6;  // nodes
+        const glm::dvec3 slope = slopeAt(node);
+        const double length = glm::length(slope);
+        if (!(length > 1e-4)) return false;
+        const auto along = [&](double nodes) { return indexBetween(glm::dvec3(node) + (nodes / length) * slope); };
+        const double ahead = along(1), behind = along(-1);
+        return std::fabs(ahead + behind - 2 * along(0)) < kMiddle * (ahead - behind) &&
+               along(kNear) - along(-kNear) < kShare * (along(kFar) - along(-kFar));
+    }
+
+    /// Calls visit(number) for each node around another one, itself among them.
+    template <class Visit>
+    void forEachAround(const glm::ivec3& node, const Visit& visit) const {
+        const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x) visit(flat(out_.count, {x, y, z}));
+    }
+
+    /// Faces that are smoothed over many nodes reach as far as the index still changes by a tenth of what it does in
+    /// their middle: what lay outside would bend rays a second time.
+    void reachOut(std::vector<std::uint8_t>& face) const {
+        constexpr int kFarthest = 4;  // nodes
+        constexpr float kTail = 0.1F;
+        if (std::find(face.begin(), face.end(), 255) == face.end()) return;
+        std::vector<float> slope(face.size());
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            slope[i] = static_cast<float>(glm::length(slopeAt(node)));
+        });
+        // The steepest of what each node of a wide face belongs to.
+        std::vector<float> steepest(face.size(), 0.0F);
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            if (face[i] != 0 && isMiddleOfWideFace(node)) steepest[i] = slope[i];
+        });
+        for (int step = 0; step < kFarthest; ++step) {
+            const std::vector<float> before = steepest;
+            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+                float around = 0;
+                forEachAround(node, [&](std::size_t n) { around = std::max(around, before[n]); });
+                if (around > 0 && slope[i] > kTail * around) steepest[i] = std::max(steepest[i], around);
+            });
+        }
+        for (std::size_t i = 0; i < face.size(); ++i)
+            if (steepest[i] > 0) face[i] = 255;
+    }
+
     void layFaces() {
         std::vector<std::uint8_t> face(samples_.size(), 0);
         if (!out_.sharp_sides)
             forEachNode(out_.count, monitor_,
                         [&](const glm::ivec3& node, std::size_t i) { face[i] = isFace(node) ? 255 : 0; });
-        // A node more on all sides, and one more along the axes where a step was made wider.
+        if (!spreads_) reachOut(face);
+        // A node more on all sides, and one more along the axes where a step was made wider (so wide it is known to
+        // be).
         out_.faces = face;
         for (int grown = 0; grown < (spreads_ ? 2 : 1); ++grown) {
             const std::vector<std::uint8_t> before = out_.faces;

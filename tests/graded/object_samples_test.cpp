@@ -93,6 +93,45 @@ TEST(ObjectSamples, WhatIsPaintedOnABodyIsOnItsFace) {
     EXPECT_TRUE(sampled(objectOf(makeLuneburgLens({0, 0, 0}, 0.8))).coat.empty()) << "a lens without faces has no coat";
 }
 
+/// n^2 falls from 1.44 to 1 as a Gaussian's integral does.
+class SoftBall final : public GradedIndex {
+public:
+    static constexpr double kRadius = 0.6;
+    explicit SoftBall(double sigma) : sigma_(sigma) {}
+    IndexSample at(const glm::dvec3& p) const override {
+        const double r = glm::length(p), t = (r - kRadius) / (sigma_ * std::sqrt(2.0));
+        IndexSample out;
+        out.half_square = 0.5 + 0.11 * std::erfc(t);
+        if (r > 0) out.gradient = (-0.22 * std::exp(-t * t) / (sigma_ * std::sqrt(2 * M_PI)) / r) * p;
+        return out;
+    }
+    bool contains(const glm::dvec3& p) const override { return glm::length(p) < kRadius + 4 * sigma_; }
+    std::optional<WorldBox> bounds() const override {
+        return WorldBox{glm::dvec3(-kRadius - 4 * sigma_), glm::dvec3(kRadius + 4 * sigma_)};
+    }
+
+private:
+    double sigma_;
+};
+
+// What of a wide face lay outside of its nodes would bend rays a second time: a ghost around the body.
+TEST(ObjectSamples, AWideFaceIsKnownInAllOfItsWidth) {
+    constexpr double kNode = 1.0 / 32;
+    const ObjectSamples wide = sampled(objectOf(std::make_shared<SoftBall>(1.7 * kNode)), kNode);
+    const ObjectSamples narrow = sampled(objectOf(std::make_shared<SoftBall>(0.8 * kNode)), kNode);
+    for (int i = 0; i < 50; ++i) {
+        const double phi = 0.7 * i, z = -0.98 + 0.04 * i;
+        const glm::dvec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+        for (const double nodes : {-3.0, 0.0, 3.0})
+            EXPECT_EQ(facesAt(wide, (SoftBall::kRadius + nodes * kNode) * n), 255) << i << ", " << nodes;
+        for (const double nodes : {-8.0, 8.0})
+            EXPECT_EQ(facesAt(wide, (SoftBall::kRadius + nodes * kNode) * n), 0) << i << ", " << nodes;
+        EXPECT_EQ(facesAt(narrow, SoftBall::kRadius * n), 255) << i;
+        for (const double nodes : {-5.0, 5.0})
+            EXPECT_EQ(facesAt(narrow, (SoftBall::kRadius + nodes * kNode) * n), 0) << i << ", " << nodes;
+    }
+}
+
 TEST(ObjectSamples, ABallOfGlassHasAFaceAllAround) {
     // n falls by a percent to the rim, and there to 1.
     GradedObject ball = objectOf(makeFishEye({0, 0, 0}, 1.5, 8, 0.75));
