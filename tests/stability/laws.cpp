@@ -139,8 +139,11 @@ std::optional<Violation> brokenByMoving(const SceneModel& scene, const Baked& he
     const Baked there = bakeModel(moved, directory);
     // Indices may be moved by the frame too (bands fill the fewest leaves).
     const glm::ivec3 shift = there.field().frame().min - here.field().frame().min;
-    if (there.field().frame().size() != here.field().frame().size())
-        return Violation{"moved", "the grid's size differs when everything is moved by whole voxels"};
+    const glm::ivec3 was = here.field().frame().size(), is = there.field().frame().size();
+    if (is != was)
+        return Violation{"moved", fmt::format("moved by whole voxels, the grid has {} x {} x {} voxels instead of {} x "
+                                              "{} x {}",
+                                              is.x, is.y, is.z, was.x, was.y, was.z)};
     const double off = blockDifference(there.field(), here.field(), 4, shift);
     if (off <= kMoved) return std::nullopt;
     return Violation{"moved", fmt::format("moved by whole voxels, the field differs by {:.2e}", off)};
