@@ -75,66 +75,23 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
     if (surface_->mesh && !surface_->sphere) {
         // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
         const TriangleMesh& mesh = *surface_->mesh;
-        const Emission emission(scene, surface, lightSamples(light, 1).front(), from_below_);
-        for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-            if (light.type == LightType::Spot) {
-                addLitParts({t}, emission, 0);
-                continue;
-            }
-            const auto& corner = mesh.triangles[t];
-            const glm::dvec3 &a = mesh.positions[corner[0]], &b = mesh.positions[corner[1]],
-                             &c = mesh.positions[corner[2]];
+        share_.reserve(mesh.triangles.size()), cumulative_.reserve(mesh.triangles.size());
+        for (const auto& t : mesh.triangles) {
+            const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
             const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
-            addShare(light.type == LightType::Sun
-                         ? std::fabs(glm::dot(light.direction, area)) + std::sin(radius) * glm::length(area)
-                         : glm::length(area));
+            share_.push_back(light.type == LightType::Sun
+                                 ? std::fabs(glm::dot(light.direction, area)) + std::sin(radius) * glm::length(area)
+                                 : glm::length(area));
+            total_share_ += share_.back();
+            cumulative_.push_back(total_share_);
         }
         for (double& c : cumulative_) c /= total_share_;
-        if (cumulative_.empty()) return;  // beside a spot's cone
     }
-    estimatePower();
-}
-
-void PhotonLaunch::addShare(double share) {
-    share_.push_back(share);
-    total_share_ += share, cumulative_.push_back(total_share_);
-}
-
-// Of a triangle's parts those that a spot's cone may shine on: it may be a thousandth of a pool's triangle.
-void PhotonLaunch::addLitParts(const Part& part, const Emission& emission, int halvings) {
-    constexpr int kMostHalvings = 16;
-    const TriangleMesh& mesh = *surface_->mesh;
-    const auto& t = mesh.triangles[part.triangle];
-    std::array<glm::dvec3, 3> place;
-    for (std::size_t k = 0; k < 3; ++k)
-        place[k] = part.corner[k].x * mesh.positions[t[0]] + part.corner[k].y * mesh.positions[t[1]] +
-                   part.corner[k].z * mesh.positions[t[2]];
-    // The longest side, which has all of the triangle within its length of its middle.
-    std::size_t first = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-        if (glm::distance(place[k], place[(k + 1) % 3]) > glm::distance(place[first], place[(first + 1) % 3]))
-            first = k;
-    const Emission::Between cone = emission.between(place[first], place[(first + 1) % 3]);
-    if (cone == Emission::Between::Dark) return;
-    if (cone != Emission::Between::Narrow || halvings == kMostHalvings) {
-        addShare(0.5 * glm::length(glm::cross(place[1] - place[0], place[2] - place[0])));
-        parts_.push_back(part);
-        return;
-    }
-    std::array<glm::dvec3, 3> middle;
-    for (std::size_t k = 0; k < 3; ++k) middle[k] = 0.5 * (part.corner[k] + part.corner[(k + 1) % 3]);
-    addLitParts({part.triangle, middle}, emission, halvings + 1);
-    for (std::size_t k = 0; k < 3; ++k)
-        addLitParts({part.triangle, {part.corner[k], middle[k], middle[(k + 2) % 3]}}, emission, halvings + 1);
-}
-
-// A few samples tell about how much power there is; where none is lit, more of them.
-void PhotonLaunch::estimatePower() {
-    constexpr int kTries = 256, kMostTries = 1 << 16;
+    // A few samples tell about how much power there is.
+    constexpr int kTries = 256;
     const PhotonPoints points(PhotonSampling::Quasi, dimensions(), 1, 1);
-    for (int tries = kTries; tries <= kMostTries && !(estimated_power_ > 0); tries *= 16)
-        for (int i = 0; i < tries; ++i)
-            estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / tries;
+    for (int i = 0; i < kTries; ++i)
+        estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / kTries;
 }
 
 LightSample PhotonLight::sample(double a, double b) const {
@@ -195,22 +152,19 @@ bool PhotonLaunch::placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3&
     const double wa = 1 - s, wb = s * (1 - v), wc = s * v;
 
     const TriangleMesh& mesh = *surface_->mesh;
-    const Part part = parts_.empty() ? Part{static_cast<std::uint32_t>(k)} : parts_[k];
-    const auto& t = mesh.triangles[part.triangle];
+    const auto& t = mesh.triangles[k];
     const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     area = 0.5 * glm::cross(b - a, c - a);
     const double size = glm::length(area);
     if (size <= 0 || share_[k] <= 0) return false;
-    const glm::dvec3 at = wa * part.corner[0] + wb * part.corner[1] + wc * part.corner[2];
-    out.position = at.x * a + at.y * b + at.z * c;
+    out.position = wa * a + wb * b + wc * c;
     out.face = area / size;
-    const glm::dvec3 normal = at.x * mesh.normals[t[0]] + at.y * mesh.normals[t[1]] + at.z * mesh.normals[t[2]];
+    const glm::dvec3 normal = wa * mesh.normals[t[0]] + wb * mesh.normals[t[1]] + wc * mesh.normals[t[2]];
     const double length = glm::length(normal);
     // Vertex normals decide which side is above only through the face: a smooth normal never points to its back.
     const bool usable = surface_->smooth && length > 0 && glm::dot(normal, out.face) > 0;
     out.normal = usable ? normal / length : out.face;
-    // Of a part: the share is its own area, whatever the triangle's.
-    area *= total_share_ / (parts_.empty() ? share_[k] : size);
+    area *= total_share_ / share_[k];
     return true;
 }
 

@@ -79,14 +79,6 @@ private:
     /// Where a sample lands on the surface, and the oriented area that it stands for [m2]; false where there is none.
     bool place(double u, double v, PhotonStart& out, glm::dvec3& area) const;
     bool placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const;
-    /// Part of a mesh's triangle: the barycentric places of its corners.
-    struct Part {
-        std::uint32_t triangle = 0;
-        std::array<glm::dvec3, 3> corner{glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)};
-    };
-    void addLitParts(const Part& part, const Emission& emission, int halvings);
-    void addShare(double share);
-    void estimatePower();
 
     const Scene* scene_;
     int surface_index_;
@@ -95,9 +87,8 @@ private:
     LaunchDomain domain_;
     bool from_below_ = false;  // the lamp stands under the height field
     double estimated_power_ = 0;
-    std::vector<double> cumulative_;  // meshes: of each triangle's share, or each part's, last is 1
+    std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
     std::vector<double> share_;       // [m2], before normalisation
-    std::vector<Part> parts_;         // where a spot shines on a mesh; else whole triangles are taken
     double total_share_ = 0;
 };
 
