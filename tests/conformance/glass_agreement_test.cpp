@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Example{"mirror_sphere", 48, 8'000'000, 0.007, 0.005},
                     Example{"prism", 48, 4'000'000, 0.008, 0.0065}, Example{"discoball", 48, 4'000'000, 0.034, 0.027},
                     Example{"lens_check", 48, 8'000'000, 0.0085, 0.008}, Example{"wine_glass", 48, 2'000'000, 0.02, 0},
-                    Example{"aquarium", 24, 2'000'000, 0.08, 0}),
+                    Example{"aquarium", 24, 4'000'000, 0.08, 0}),
     [](const auto& example) { return std::string(example.param.name); });
 
 }  // namespace
