@@ -119,7 +119,8 @@ TEST_F(GltfAnimationTest, ABlockTurnsAboutItsNodeTheShortWay) {
     for (const glm::dvec3& p : half.surfaces[0].mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
     EXPECT_NEAR(high.x - low.x, 0.5 * std::sqrt(2.0), 1e-6);
     EXPECT_NEAR(high.z - low.z, 1.0, 1e-6);
-    for (const glm::dvec3& p : at(room, 24).surfaces[0].mesh->positions) EXPECT_LT(std::fabs(p.x - 0.1), 0.2500001);
+    const Scene quarter = at(room, 24);
+    for (const glm::dvec3& p : quarter.surfaces[0].mesh->positions) EXPECT_LT(std::fabs(p.x - 0.1), 0.2500001);
 }
 
 TEST_F(GltfAnimationTest, WhatHangsFromAMovingNodeMovesWithIt) {
