@@ -31,13 +31,6 @@ std::string blurRefusal(const Scene& scene) {
 bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame) {
     if (!blurRefusal(scene).empty()) return false;
     const Surface& surface = scene.surfaces.front();
-    // An endless plane stands before all of the disc that shines from behind it, wherever light lands.
-    const auto parts = [&](const Object& object) {
-        const Plane* plane = std::get_if<Plane>(&object.shape);
-        return plane && object.blocks() &&
-               std::fabs(glm::dot(glm::normalize(plane->normal), light.direction)) < std::sin(angularRadius(light));
-    };
-    if (std::any_of(scene.objects.begin(), scene.objects.end(), parts)) return false;
     const bool silhouettes = std::any_of(scene.objects.begin(), scene.objects.end(), [](const Object& object) {
         return object.blocks() && !std::holds_alternative<Plane>(object.shape);
     });

@@ -14,10 +14,9 @@ namespace photic {
 /// reflects.
 std::string blurRefusal(const Scene& scene);
 
-/// Whether one blur per layer serves the light: one height field that refracts or reflects gently, no endless plane
-/// that parts the disc, and either nothing that casts a silhouette or a disc that reaches at most one voxel anywhere in
-/// the frame. The blur is also laid over shadows, whose penumbrae it makes as wide as those of a blocker at the
-/// surface: an error below its own reach.
+/// Whether one blur per layer serves the light: one height field that refracts or reflects gently, and either nothing
+/// that casts a silhouette or a disc that reaches at most one voxel anywhere in the frame. The blur is also laid over
+/// shadows, whose penumbrae it makes as wide as those of a blocker at the surface: an error below its own reach.
 bool blurServes(const Scene& scene, const Light& light, const GridFrame& frame);
 
 /// How far the disc's image reaches in the grid along x and y, at most [voxels].

@@ -4,10 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <numbers>
 #include <string>
 
 #include "bake/methods/catalogue.h"
@@ -44,23 +41,6 @@ TEST(SunDisc, BlursOverShadowsUpToAVoxel) {
     EXPECT_FALSE(blurs(scene, 0.001));
     scene.objects = {wall(Role::Movable)};  // casts none
     EXPECT_TRUE(blurs(scene, 0.001));
-}
-
-// A plane without end along the sun's own rays hides the half of the disc that shines from behind it.
-TEST(SunDisc, SamplesADiscThatAnEndlessPlaneParts) {
-    Scene scene = test_scenes::waterScene(0.3);
-    const glm::dvec3 sun = scene.lights[0].direction, beside = glm::normalize(glm::cross(sun, glm::dvec3(0, 1, 0)));
-    const auto leaning = [&](double degrees) {
-        const double angle = degrees * std::numbers::pi / 180;
-        scene.objects = {
-            {"wall", "", Plane{{-3, 0, 0}, std::cos(angle) * beside + std::sin(angle) * sun}, Role::Receiver}};
-        return blurs(scene, 0.02);
-    };
-    EXPECT_FALSE(leaning(0));
-    EXPECT_FALSE(leaning(0.2));
-    EXPECT_TRUE(leaning(0.3)) << "beside the whole disc of 0.53 degrees";
-    leaning(0), scene.objects[0].role = Role::Movable;
-    EXPECT_TRUE(blurs(scene, 0.02)) << "it casts no shadow";
 }
 
 TEST(SunDisc, SamplesWhatOneBlurCannotShow) {
