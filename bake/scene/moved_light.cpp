@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <string_view>
 
 #include "bake/libraries/toml.h"
 #include "bake/report/error.h"
@@ -15,7 +16,9 @@ namespace photic {
 namespace {
 
 /// Keys whose strings name files, wherever they stand.
-constexpr std::array kFileKeys{"file", "index", "absorption_volume", "emission_volume", "anisotropy_volume"};
+constexpr std::array<std::string_view, 2> kFileKeys{"file", "index"};
+/// So do keys that end like this.
+constexpr std::string_view kVolume = "_volume";
 
 /// A piece of the text, and what stands there instead.
 struct Replacement {
@@ -69,19 +72,22 @@ std::string quoted(const std::string& text) {
     return out + '"';
 }
 
-void makeFilesAbsolute(const toml::node& node, const std::filesystem::path& directory, Edit& edit) {
+bool namesFiles(std::string_view key) {
+    return std::find(kFileKeys.begin(), kFileKeys.end(), key) != kFileKeys.end() ||
+           (key.size() > kVolume.size() && key.substr(key.size() - kVolume.size()) == kVolume);
+}
+
+/// @param is_file  whether a string here is a file's name; of an index there may be three in an array
+void makeFilesAbsolute(const toml::node& node, bool is_file, const std::filesystem::path& directory, Edit& edit) {
+    if (const auto* file = node.as_string()) {
+        if (is_file && std::filesystem::path(file->get()).is_relative())
+            edit.replace(node, quoted((directory / file->get()).string()));
+    }
     if (const auto* array = node.as_array()) {
-        for (const toml::node& item : *array) makeFilesAbsolute(item, directory, edit);
+        for (const toml::node& item : *array) makeFilesAbsolute(item, is_file, directory, edit);
     }
     if (const auto* table = node.as_table()) {
-        for (const auto& [key, value] : *table) {
-            const bool names_file =
-                std::any_of(kFileKeys.begin(), kFileKeys.end(), [&](const char* k) { return key.str() == k; });
-            const auto* file = value.as_string();
-            if (names_file && file && std::filesystem::path(file->get()).is_relative())
-                edit.replace(value, quoted((directory / file->get()).string()));
-            makeFilesAbsolute(value, directory, edit);
-        }
+        for (const auto& [key, value] : *table) makeFilesAbsolute(value, namesFiles(key.str()), directory, edit);
     }
 }
 
@@ -111,7 +117,7 @@ std::string withMovedLights(const std::string& text, const std::string& name, co
     parseConfig(text, name);  // whose messages are those of a bake
     const toml::table root = toml::parse(text);
     Edit edit(text);
-    makeFilesAbsolute(root, std::filesystem::absolute(directory.empty() ? "." : directory), edit);
+    makeFilesAbsolute(root, false, std::filesystem::absolute(directory.empty() ? "." : directory), edit);
     const toml::array* lights = root["light"].as_array();
     for (const MovedLight& to : moved) {
         const toml::node* light = lights ? lights->get(to.number) : nullptr;
