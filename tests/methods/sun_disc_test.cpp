@@ -103,6 +103,23 @@ TEST(SunDisc, ItsBlurLeavesAWallAsBrightAsTheWaterBeforeIt) {
     EXPECT_LT(baked.report.path.imbalance(), 1e-6);
 }
 
+// A pool between walls that are planes, as most pools are given, below a sun at its zenith: each wall hides half of the
+// disc, by the letter, and all four of them all of it. By default light goes by the disc's middle, which none of them
+// hides.
+TEST(SunDisc, APoolBetweenEndlessWallsIsLitBelowAZenithSun) {
+    Scene scene = test_scenes::waterScene(0.0);
+    scene.lights[0].direction = {0, 0, -1};
+    scene.lights[0].angular_diameter_deg = 0.53;
+    const double open = bakeOf(scene).path.deposited;
+    for (const double side : {-1.0, 1.0}) {
+        scene.objects.push_back(test_scenes::planeObject({0.5 * side, 0, 0}, {-side, 0, 0}));
+        scene.objects.push_back(test_scenes::planeObject({0, 0.5 * side, 0}, {0, -side, 0}));
+    }
+    const BakeReport between = bakeOf(scene);
+    EXPECT_NEAR(between.path.deposited, open, 0.01 * open);
+    EXPECT_LT(between.path.imbalance(), 1e-6);
+}
+
 TEST(SunDisc, OneBlurIsRefusedWhereItCannotShowTheDisc) {
     const GivenOptions blur{{"disc", {std::string("blur"), "scene.toml:7"}}};
     Scene scene = test_scenes::waterScene(0.3);

@@ -9,8 +9,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <glm/geometric.hpp>
-#include <numbers>
 
 #include "bake/field/grid_laws.h"
 #include "bake/report/error.h"
@@ -70,19 +68,6 @@ double allowedByIndex(const SceneModel& scene) {
         default:
             return kPhotonsBent;
     }
-}
-
-// Whether an endless plane hides a part of a sun's disc, which is known to one of the directions that stand for it: of
-// half of them, where it hides the half that it must hide to be noticed.
-bool partsADisc(const SceneModel& scene) {
-    return std::any_of(scene.lamps.begin(), scene.lamps.end(), [&](const SceneModel::Lamp& lamp) {
-        const double rim = std::sin(0.5 * lamp.disc * std::numbers::pi / 180);
-        return lamp.kind == SceneModel::LampKind::Sun &&
-               std::any_of(scene.things.begin(), scene.things.end(), [&](const SceneModel::Thing& thing) {
-                   return thing.shape == SceneModel::Shape::Plane && thing.role != "movable" &&
-                          std::fabs(glm::dot(glm::normalize(thing.size), glm::normalize(lamp.direction))) < rim;
-               });
-    });
 }
 
 // Light [W m] too faint to be held to: what goes over an edge or two by a voxel.
@@ -182,8 +167,7 @@ std::optional<Violation> brokenByPhotons(const SceneModel& scene, const Baked& b
     // Tubes that are wider than voxels, by the scene's own word, tell waves and bodies roughly.
     const double wide = std::max(1.0, tubeWidth(scene));
     if (wide > 1 && !scene.glasses.empty()) return std::nullopt;
-    const double directions = number(scene, "disc_samples = ");
-    const double allowed = wide * allowedByIndex(scene) + (partsADisc(scene) ? 2 / std::max(directions, 2.0) : 0);
+    const double allowed = wide * allowedByIndex(scene);
     // What is said to be dropped may be missing, at most on its whole way through the box.
     const double dropped = std::fabs(b.power.dropped - p.power.dropped) * 2 * scene.scale;
     if (std::fabs(b.path.deposited - p.path.deposited) > allowed * scale + faint(scene, b) + dropped)
