@@ -31,7 +31,7 @@ struct ArrivalSums {
 /// edge kernel, so that all arrivals together are what voxelise() gives. The paper compares single patches, whose
 /// energy does not depend on how many of them a voxel got.
 ///
-/// Cost: some half a microsecond a tube and layer. Memory: 36 bytes a voxel of lit leaves, besides the field; 112 bytes
+/// Cost: some half a microsecond a tube and layer. Memory: 36 bytes a voxel of lit leaves, besides the field; 96 bytes
 /// a tube in one layer; and for each thread the pieces of tubes in eight rows of a layer, 24 bytes each: where light is
 /// spread in long thin tubes there are thousands a voxel.
 class StrongestArrival {

@@ -261,13 +261,13 @@ private:
                along(kNear) - along(-kNear) < kShare * (along(kFar) - along(-kFar));
     }
 
-    /// Calls visit(number) for each node around another one, itself among them.
+    /// Calls visit(node, number) for each node around another one, itself among them.
     template <class Visit>
     void forEachAround(const glm::ivec3& node, const Visit& visit) const {
         const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
         for (int z = low.z; z <= high.z; ++z)
             for (int y = low.y; y <= high.y; ++y)
-                for (int x = low.x; x <= high.x; ++x) visit(flat(out_.count, {x, y, z}));
+                for (int x = low.x; x <= high.x; ++x) visit(glm::ivec3(x, y, z), flat(out_.count, {x, y, z}));
     }
 
     /// Faces that are smoothed over many nodes reach as far as the index still changes by a tenth of what it does in
@@ -289,7 +289,7 @@ private:
             const std::vector<float> before = steepest;
             forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
                 float around = 0;
-                forEachAround(node, [&](std::size_t n) { around = std::max(around, before[n]); });
+                forEachAround(node, [&](const glm::ivec3&, std::size_t n) { around = std::max(around, before[n]); });
                 if (around > 0 && slope[i] > kTail * around) steepest[i] = std::max(steepest[i], around);
             });
         }
@@ -302,21 +302,18 @@ private:
         if (!out_.sharp_sides)
             forEachNode(out_.count, monitor_,
                         [&](const glm::ivec3& node, std::size_t i) { face[i] = isFace(node) ? 255 : 0; });
+        // Where a step was made wider, its width is known.
         if (!spreads_) reachOut(face);
-        // A node more on all sides, and one more along the axes where a step was made wider (so wide it is known to
-        // be).
+        // A node more on all sides, and one more along the axes where a step was made wider.
         out_.faces = face;
         for (int grown = 0; grown < (spreads_ ? 2 : 1); ++grown) {
             const std::vector<std::uint8_t> before = out_.faces;
             forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-                const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
-                for (int z = low.z; z <= high.z; ++z)
-                    for (int y = low.y; y <= high.y; ++y)
-                        for (int x = low.x; x <= high.x; ++x) {
-                            const int apart = std::abs(x - node.x) + std::abs(y - node.y) + std::abs(z - node.z);
-                            if (grown == 0 || apart <= 1)
-                                out_.faces[i] = std::max(out_.faces[i], before[flat(out_.count, {x, y, z})]);
-                        }
+                forEachAround(node, [&](const glm::ivec3& near, std::size_t n) {
+                    const glm::ivec3 apart = glm::abs(near - node);
+                    if (grown == 0 || apart.x + apart.y + apart.z <= 1)
+                        out_.faces[i] = std::max(out_.faces[i], before[n]);
+                });
             });
         }
         if (std::count(out_.faces.begin(), out_.faces.end(), 255) == 0) out_.faces.clear();

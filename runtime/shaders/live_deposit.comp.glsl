@@ -4,8 +4,8 @@
 //
 // A group of threads has 8 x 8 cells of the mesh and PHOTIC_LIVE_LAYERS layers, a thread the two triangles of a cell. Their
 // light lands close together: sums are made in a window of the group's own memory first, since a GPU's atomic additions to
-// its main memory are what takes the time (two to three times as many of them without). What lands beside the window goes
-// there at once. Sums are of whole numbers, so that the way makes no difference to a bit.
+// its main memory are what takes the time (1.6 times as long without it). What lands beside the window goes to main memory
+// at once. Sums are of whole numbers, so that the way makes no difference to a bit.
 #include "photic_water.glsl"
 #include "photic_cell_share.glsl"
 #include "live_grid.glsl"
