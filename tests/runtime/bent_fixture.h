@@ -160,6 +160,19 @@ inline glm::dvec3 directionOf(const float* pixel) {
     return glm::normalize(glm::dvec3(pixel[0], pixel[1], pixel[2]) * 2.0 - 1.0);
 }
 
+/// Pixels that see an object, of surroundings whose radiance is 1, 2 and 0.5 everywhere: the same everywhere in them.
+inline void expectUniform(const std::vector<float>& pixels) {
+    int touched = 0;
+    for (std::size_t i = 0; i < pixels.size(); i += 4) {
+        if (pixels[i] < 0) continue;
+        ++touched;
+        EXPECT_NEAR(pixels[i], 1, 2e-5);
+        EXPECT_NEAR(pixels[i + 1], 2, 4e-5);
+        EXPECT_NEAR(pixels[i + 2], 0.5, 1e-5);
+    }
+    EXPECT_GT(touched, 300);
+}
+
 class BentRays : public WithGpu {
 protected:
     void TearDown() override {

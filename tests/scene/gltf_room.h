@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
+#include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
+#include "bake/report/error.h"
 #include "bake/report/monitor.h"
+#include "bake/scene/load_toml.h"
 #include "tests/scene/gltf_text.h"
+#include "tests/scene/scene_texts.h"
 
 namespace photic::test {
 
@@ -45,6 +51,32 @@ public:
     void warn(const std::string& message) override { warnings += message + "\n"; }
     void note(const std::string& message) override { notes += message + "\n"; }
     std::string warnings, notes;
+};
+
+/// Scenes that are one glTF. A Room has `binary()`: the bytes of its .glb.
+class GltfFileTest : public SceneTest {
+protected:
+    template <class Room>
+    Scene open(const Room& room, int frame = 0) {
+        write("room.glb", room.binary());
+        notes_ = {};
+        return loadScene(path("room.glb"), frame, notes_);
+    }
+    template <class Room>
+    void refusedRoom(const Room& room, const std::vector<std::string>& words) {
+        try {
+            open(room);
+            ADD_FAILURE() << "nothing was thrown";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::Input);
+            for (const std::string& word : words)
+                EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
+        }
+    }
+    void noted(const std::string& words) const {
+        EXPECT_NE(notes_.notes.find(words), std::string::npos) << words << " in:\n" << notes_.notes;
+    }
+    Notes notes_;
 };
 
 }  // namespace photic::test

@@ -13,9 +13,8 @@ namespace photic {
 namespace {
 
 using nlohmann::json;
+using test::GltfFileTest;
 using test::GltfRoom;
-using test::Notes;
-using test::SceneTest;
 
 const double kHalf = std::sqrt(0.5);
 
@@ -42,28 +41,10 @@ struct MovingRoom : GltfRoom {
     json& sampler() { return root["animations"][0]["samplers"][0]; }
 };
 
-class GltfAnimationTest : public SceneTest {
+class GltfAnimationTest : public GltfFileTest {
 protected:
-    Scene at(const MovingRoom& room, int frame) {
-        write("room.glb", room.binary());
-        notes_ = {};
-        return loadScene(path("room.glb"), frame, notes_);
-    }
+    Scene at(const MovingRoom& room, int frame) { return open(room, frame); }
     glm::dvec3 blockAt(const MovingRoom& room, int frame) { return at(room, frame).surfaces.at(0).center; }
-    void refusedRoom(const MovingRoom& room, const std::vector<std::string>& words) {
-        try {
-            at(room, 0);
-            ADD_FAILURE() << "nothing was thrown";
-        } catch (const Error& error) {
-            EXPECT_EQ(error.code(), ErrorCode::Input);
-            for (const std::string& word : words)
-                EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
-        }
-    }
-    void noted(const std::string& words) const {
-        EXPECT_NE(notes_.notes.find(words), std::string::npos) << words << " in:\n" << notes_.notes;
-    }
-    Notes notes_;
 };
 
 void expectAt(const glm::dvec3& place, const glm::dvec3& wanted) {
@@ -205,7 +186,7 @@ TEST_F(GltfAnimationTest, WhatIsLeftOutIsSaid) {
     noted("1 of its animated channels move morph weights, and are not read");
     noted("the camera 'front' moves, which is not read");
     // Named as a mesh, the file stands still, and says so; a part of it is moved by whoever names it.
-    Notes notes;
+    test::Notes notes;
     Monitor& monitor = notes;
     (void)loadMesh(path("room.glb"), {}, monitor, [](std::string_view) {});
     EXPECT_NE(notes.warnings.find("animated channels are not read"), std::string::npos) << notes.warnings;

@@ -13,32 +13,9 @@ namespace {
 
 using nlohmann::json;
 using test::GltfText;
-using test::Notes;
 using Room = test::GltfRoom;
-using test::SceneTest;
 
-class GltfSceneTest : public SceneTest {
-protected:
-    Scene open(const GltfText& text) {
-        write("room.glb", text.binary());
-        notes_ = {};
-        return loadScene(path("room.glb"), 0, notes_);
-    }
-    void refusedRoom(const GltfText& text, const std::vector<std::string>& words) {
-        try {
-            open(text);
-            ADD_FAILURE() << "nothing was thrown";
-        } catch (const Error& error) {
-            EXPECT_EQ(error.code(), ErrorCode::Input);
-            for (const std::string& word : words)
-                EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word << " in: " << error.what();
-        }
-    }
-    void noted(const std::string& words) const {
-        EXPECT_NE(notes_.notes.find(words), std::string::npos) << words << " in:\n" << notes_.notes;
-    }
-    Notes notes_;
-};
+using GltfSceneTest = test::GltfFileTest;
 
 TEST_F(GltfSceneTest, AClosedBlockOfGlassStandsOverATable) {
     const Scene scene = open(Room());

@@ -20,6 +20,7 @@
 #include "bake/scene/graded_index.h"
 #include "photic/bent_rays.h"
 #include "tests/benchmark/runtime/compute_picture.h"
+#include "tests/benchmark/runtime/or_throw.h"
 #include "tests/benchmark/table.h"
 #include "tests/runtime/scene_view.h"
 #include "tests/support/gl_context.h"
@@ -28,14 +29,9 @@ namespace {
 
 using namespace photic;
 using namespace photic::runtime;
+using benchmark::check, benchmark::orThrow;
 
 constexpr double kRadius = 0.8;
-
-template <class T>
-T require(Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(result).value();
-}
 
 GpuIndexVolumes lensOf(const GpuContext& context, int nodes) {
     GradedObject object;
@@ -46,7 +42,7 @@ GpuIndexVolumes lensOf(const GpuContext& context, int nodes) {
     const std::string bytes =
         indexVolumeBytes({{object.name, s.world_from_node, s.origin_world, s.count, s.spline, s.attenuation, s.glow,
                            s.faces, object.scattering, object.anisotropy, s.box_low, s.box_high, s.sharp_sides}});
-    return require(GpuIndexVolumes::upload(context, require(readIndexVolumes(bytes.data(), bytes.size()))));
+    return orThrow(GpuIndexVolumes::upload(context, orThrow(readIndexVolumes(bytes.data(), bytes.size()))));
 }
 
 /// Surroundings whose colour is their direction.
@@ -104,7 +100,7 @@ public:
                                             glm::inverse(eye_.clipFromWorld()));
             u.setMatrix("photic_place_from_clip", &place_from_clip[0][0]);
             const float camera[3] = {float(eye_.position.x), float(eye_.position.y), float(eye_.position.z)};
-            require(pass.bind(camera, objects, placed, options));
+            check(pass.bind(camera, objects, placed, options));
         });
     }
     std::vector<float> pixels() const { return picture_.pixels(); }
@@ -204,12 +200,12 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
         fmt::print("no GL, nothing to measure: {}\n", reason);
         return 0;
     }
-    const GpuContext context = require(GpuContext::create(headless->loader()));
+    const GpuContext context = orThrow(GpuContext::create(headless->loader()));
     const GlFunctions& gl = context.gl();
     const bool software = context.renderer().find("llvmpipe") != std::string::npos;
     if (software && width > 100) width /= 8, height /= 8;
     GpuIndexVolumes lens = lensOf(context, 60);  // 128 nodes a side, as the paper's
-    BentRayPass pass = require(BentRayPass::create(context));
+    BentRayPass pass = orThrow(BentRayPass::create(context));
     test::Eye eye;
     eye.position = {2.2, 0.3, 0.2}, eye.target = {0, 0, 0};
     eye.vertical_degrees = 42, eye.width = width, eye.height = height;
@@ -228,9 +224,8 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
         BentRayOptions options;
         options.integrator = row.integrator, options.lookup = row.lookup, options.step = row.step;
         options.turn = 1, options.steps = 20000;
-        const double least = leastMilliseconds(gl, software, repeats, [&] {
-            require(pass.draw(surfaces, view.target, lens, {{0}}, around, {}, options));
-        });
+        const double least = leastMilliseconds(
+            gl, software, repeats, [&] { check(pass.draw(surfaces, view.target, lens, {{0}}, around, {}, options)); });
         const double miss = missDegrees(view.pixels(), eye);
         const ComputedRays computed(gl, eye, options);
         const double by_compute =
@@ -249,8 +244,8 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
         fmt::format("{} x {} pixels, all of the objects in view, faces and what they reflect included.", width, height);
     pictures.head = {"file", "objects", "MB", "look-ups", "ms a picture", "in a compute shader"};
     for (const std::string& file : files) {
-        const std::vector<runtime::IndexVolume> objects = require(loadIndexVolumes(file));
-        GpuIndexVolumes uploaded = require(GpuIndexVolumes::upload(context, objects));
+        const std::vector<runtime::IndexVolume> objects = orThrow(loadIndexVolumes(file));
+        GpuIndexVolumes uploaded = orThrow(GpuIndexVolumes::upload(context, objects));
         std::vector<PlacedObject> placed;
         for (unsigned n = 0; n < objects.size(); ++n) placed.push_back({n});
         test::Eye from = before(objects);
@@ -262,7 +257,7 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
             BentRayOptions options;
             options.lookup = lookup;
             const double least = leastMilliseconds(gl, software, repeats, [&] {
-                require(pass.draw(empty, seen.target, uploaded, placed, around, {}, options));
+                check(pass.draw(empty, seen.target, uploaded, placed, around, {}, options));
             });
             const ComputedRays computed(gl, from, options);
             const double by_compute = leastMilliseconds(

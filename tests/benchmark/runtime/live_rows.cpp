@@ -6,9 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "photic/live_bake.h"
+#include "tests/benchmark/runtime/or_throw.h"
 #include "tests/benchmark/runtime/rows.h"
 #include "tests/runtime/water_model.h"
 
@@ -17,16 +17,6 @@ namespace photic::benchmark {
 using namespace runtime;
 
 namespace {
-
-void check(const Status& status) {
-    if (!status) throw std::runtime_error(status.error().message);
-}
-
-template <class T>
-T orThrow(Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(*result);
-}
 
 constexpr double kHalf = 1;  // of the water's rectangle, which repeats [m]
 

@@ -7,6 +7,7 @@
 
 #include "runtime/src/shader_source.h"
 #include "tests/benchmark/runtime/compute_picture.h"
+#include "tests/benchmark/runtime/or_throw.h"
 #include "tests/benchmark/runtime/rows.h"
 #include "tests/runtime/compute_sampler.h"
 
@@ -15,12 +16,6 @@ namespace photic::benchmark {
 using namespace runtime;
 
 namespace {
-
-template <class T>
-T orThrow(Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(*result);
-}
 
 struct Way {
     const char* name;
@@ -183,9 +178,6 @@ void addVolumePasses(const RuntimeStage& stage, Table& passes) {
     water.anisotropy = 0.8F;
     water.surface[2] = 1;
     water.surface[3] = 0;
-    const auto check = [](const Status& status) {
-        if (!status) throw std::runtime_error(status.error().message);
-    };
     const auto row = [&](const std::string& name, const std::function<void()>& work) {
         passes.add({name, fmt::format("{:.3f}", leastMilliseconds(stage, work))});
     };

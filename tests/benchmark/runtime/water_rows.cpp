@@ -6,10 +6,10 @@
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
 #include <glm/matrix.hpp>
-#include <stdexcept>
 
 #include "bake/file/nvdb.h"
 #include "runtime/src/live_water_impl.h"
+#include "tests/benchmark/runtime/or_throw.h"
 #include "tests/benchmark/runtime/rows.h"
 #include "tests/runtime/baked_scene.h"
 #include "tests/runtime/water_model.h"
@@ -20,16 +20,6 @@ namespace photic::benchmark {
 using namespace runtime;
 
 namespace {
-
-void check(const Status& status) {
-    if (!status) throw std::runtime_error(status.error().message);
-}
-
-template <class T>
-T orThrow(Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(*result);
-}
 
 LiveWater pool3(const RuntimeStage& stage, int side) {
     LiveWater water = orThrow(LiveWater::create(stage.context));
