@@ -185,16 +185,21 @@ std::vector<Breach> versionedHeaders(const fs::path& root) {
         R"(^\s*#\s*include\s*[<"](toml\+\+/|tiny_gltf|imgui/|embree\d/|nanovdb/|openvdb/(openvdb\.h|io/)).*)");
     // In two halves, so that this file is none of its own findings.
     static const std::string join = std::string("fmt::") + "join", ranges = "#include <fmt/ranges.h>";
+    static const std::string expressions = "#include <regex>";
     std::vector<Breach> breaches;
     for (const auto& file : sourceFiles(root)) {
         const std::string name = file.generic_string();
         if (!isCpp(file) || roomOf(name) == "libraries" || file.filename() == "imgui_headers.h") continue;
+        const bool sanitized = name.rfind("tests/house/", 0) != 0;
         const auto lines = linesOf(root / file);
         const bool has_ranges = std::find(lines.begin(), lines.end(), ranges) != lines.end();
         for (std::size_t i = 0; i < lines.size(); ++i) {
             const int line = static_cast<int>(i) + 1;
             if (std::regex_match(lines[i], include))
                 breaches.push_back({name, line, "include its file of bake/libraries, which knows the versions"});
+            if (sanitized && lines[i] == expressions)
+                breaches.push_back(
+                    {name, line, "g++ 12 warns inside this header where it is sanitized: take the text apart"});
             if (!has_ranges && lines[i].find(join) != std::string::npos)
                 breaches.push_back({name, line, "include <fmt/ranges.h>, where fmt 11 has " + join});
         }

@@ -167,6 +167,11 @@ TEST_F(MadeUpHouse, VersionedHeaderIsFound) {
     EXPECT_EQ(versionedHeaders(root_).size(), 7u);
     write("bake/scene/joined.cpp", "#include <fmt/format.h>\n" + join);
     EXPECT_EQ(versionedHeaders(root_).size(), 8u);
+    const std::string expressions = std::string("#include <") + "regex>\n";
+    write("tests/house/rules.cpp", expressions);
+    EXPECT_EQ(versionedHeaders(root_).size(), 8u);
+    write("tests/scene/names.cpp", expressions);
+    EXPECT_EQ(versionedHeaders(root_).size(), 9u);
 }
 
 TEST_F(MadeUpHouse, MissingLicenceIsFound) {
