@@ -196,7 +196,9 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, const s
     // CLI11's own words would name types of C++.
     const std::string what = error.what(), name = what.substr(0, what.find(": "));
     if (what.ends_with(" missing")) return name + " wants a value";
-    if (what.find(": At Most 1 ") != std::string::npos) return name + " is given more than once";
+    // Its older versions write "At Most".
+    for (const char* too_many : {": At most 1 ", ": At Most 1 "})
+        if (what.find(too_many) != std::string::npos) return name + " is given more than once";
     constexpr std::string_view kNoNumber = "Could not convert: ";
     if (what.starts_with(kNoNumber))
         return fmt::format("{} is no number that can be used", what.substr(kNoNumber.size()));

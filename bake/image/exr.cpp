@@ -4,7 +4,6 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
-#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStdIO.h>
@@ -21,6 +20,7 @@
 #include "bake/image/atomic_file.h"
 #include "bake/image/height_flaws.h"
 #include "bake/image/image.h"
+#include "bake/libraries/openexr.h"
 #include "bake/report/error.h"
 
 namespace photic {
@@ -46,7 +46,7 @@ auto withExr(const std::string& path, const Body& body) {
     try {
         Imf::StdISStream stream;
         stream.str(bytes);
-        Imf::MultiPartInputFile file(stream);
+        Imf::MultiPartInputFile file = openExr(stream);
         return body(file);
     } catch (const Error&) {
         throw;
