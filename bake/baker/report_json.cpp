@@ -68,6 +68,12 @@ Json toJson(const BakeReport& report) {
               {"receivers", receivers},
               {"advice", report.advice},
               {"warnings", report.warnings}};
+    if (report.given_up)
+        json["given_up"] = {{"outlines", report.given_up->outlines},
+                            {"turned", report.given_up->turned},
+                            {"events", report.given_up->events},
+                            {"threshold", report.given_up->threshold}};
+    if (report.astride) json["astride"] = *report.astride;
     if (report.arrivals)
         json["arrivals"] = {{"several", report.arrivals->several},
                             {"strongest", report.arrivals->strongest},

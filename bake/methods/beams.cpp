@@ -79,9 +79,10 @@ public:
     }
 
     void addLight(const Light& light, LobeFields& field) {
-        // A millionth of the light's own is far below what a half float of it can hold, and above its sums' rounding.
+        // A ten-millionth of the light's own is about the least that a half float of it can hold, and above its sums'
+        // rounding. Light that a few small bodies throw all around is fainter than a millionth in most voxels.
         const double own = std::max({light.irradiance.x, light.irradiance.y, light.irradiance.z});
-        voxelise_.noise_floor = 1e-6 * (own > 0 ? own : scene_.referenceIrradiance());
+        voxelise_.noise_floor = 1e-7 * (own > 0 ? own : scene_.referenceIrradiance());
         if (!blurs(light)) {
             std::vector<LightSample> samples = lightSamples(light, discDirections(optics_, light, options_));
             // The first stands nearest to the middle: it goes last, for all that is too faint to be told apart.
@@ -89,7 +90,7 @@ public:
             FaintLight faint;
             for (const LightSample& sample : samples)
                 addSample(light, sample, field, samples.size() > 1 ? &faint : nullptr, &sample == &samples.back());
-            launched_.power.dropped += faint.rest();
+            launched_.power.dropped += faint.rest(), launched_.given_up.threshold += faint.rest();
             layWaiting(field);
             return;
         }
@@ -129,6 +130,7 @@ public:
 
     void report(BakeReport& out) const {
         out.power = launched_.power;
+        out.given_up = launched_.given_up, out.astride = launched_.astride;
         out.path = {deposited_, totals_.expected - beside_tile_};
         out.tubes = launched_.tubes;
         out.corner_rays = launched_.corner_rays;

@@ -39,6 +39,19 @@ struct PowerLedger {
     double imbalance() const { return emitted > 0 ? std::fabs(emitted - accounted()) / emitted : 0.0; }
 };
 
+/// What PowerLedger::dropped is made of where tubes are laid [W].
+struct GivenUpPower {
+    double outlines = 0;   ///< at silhouettes: where rays at the floor of refinement part so far that no tube serves
+                           ///< them, or where nothing is found of what a shorter history has handed on
+    double turned = 0;     ///< which a smoothed normal sends to the wrong side of its face
+    double events = 0;     ///< that meets more surfaces than are followed
+    double threshold = 0;  ///< of histories too faint to be followed
+
+    static constexpr double GivenUpPower::*kTerms[] = {&GivenUpPower::outlines, &GivenUpPower::turned,
+                                                       &GivenUpPower::events, &GivenUpPower::threshold};
+    double sum() const { return outlines + turned + events + threshold; }
+};
+
 /// Sum of irradiance x voxel volume against the integral of power along the paths through
 /// needed voxels, in W m (mean of the channels). The two sides are computed independently.
 struct PathLedger {
@@ -83,6 +96,11 @@ struct BakeReport {
     std::vector<ReceiverError> receivers;                 ///< those that were measured
     std::string advice;  ///< what would halve the largest of their errors; empty when nothing is known
     std::vector<std::string> warnings;
+    std::optional<GivenUpPower> given_up;  ///< of methods that tell
+    /// Power of the tubes that stand astride a silhouette, legs of one path each for itself [W]: none of it is lost,
+    /// and each corner's third lies within a tube's width, bake.beams.silhouette, of where it belongs. Of methods that
+    /// tell.
+    std::optional<double> astride;
     std::optional<ArrivalShares> arrivals;  ///< where one arrival a voxel was kept
 };
 

@@ -249,7 +249,7 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
         }
         const double left = faint_ ? faint_->take(history, surface, light.wavelength) : 0;
         if (power < limits_.threshold * light.emitted) {
-            totals.power.dropped += power + left;
+            totals.power.dropped += power + left, totals.given_up.threshold += power + left;
             continue;
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;

@@ -52,8 +52,9 @@ bool encloses(const TriangleMesh& mesh, const glm::dvec3& place) {
 
 constexpr int kSphereRings = 16;
 
-void addPower(PowerLedger& to, const PowerLedger& from) {
-    for (double PowerLedger::*const term : PowerLedger::kTerms) to.*term += from.*term;
+template <class Ledger>
+void addTerms(Ledger& to, const Ledger& from) {
+    for (double Ledger::*const term : Ledger::kTerms) to.*term += from.*term;
 }
 
 // Joins the builders' tubes in the order of their parts.
@@ -94,7 +95,9 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
             if (shared_ && is_first_) (*shared_)[number] = builders[index].leftForOther();
         });
         for (std::size_t i = 0; i < builders.size(); ++i) {
-            addPower(totals.power, builders[i].power());
+            addTerms(totals.power, builders[i].power());
+            addTerms(totals.given_up, builders[i].givenUp());
+            totals.astride += builders[i].astride();
             totals.tubes += builders[i].tubes(), totals.added += builders[i].added();
             totals.searches += builders[i].searches();
             totals.corner_rays += traced[i];

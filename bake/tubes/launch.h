@@ -30,6 +30,8 @@ struct LaunchOptions {
 /// What launching counted.
 struct LaunchTotals {
     PowerLedger power;
+    GivenUpPower given_up;  ///< what its `dropped` is made of
+    double astride = 0;     ///< TubeBuilder::astride
     std::int64_t tubes = 0, corner_rays = 0;
     std::int64_t legs = 0;  ///< of the corner rays that were cast one by one: not of a lattice's
     /// Triangles that were looked at one by one, and searches of what stands between their corners.

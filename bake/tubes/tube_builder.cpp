@@ -111,6 +111,7 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
     }
     if (launch_.counts_dropped) {
         power_.dropped += channelMean(arriving) * path.dropped;
+        given_up_.turned += channelMean(arriving) * path.dropped;
         leaving_ += channelMean(arriving) * path.dropped;
     }
     if (path.outcome != PathOutcome::Lit) return 0;
@@ -120,6 +121,7 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
     // What lies outside the grid may come back into it.
     if (unlaid && !hands_on) {
         power_.*unlaid += channelMean(power);
+        if (unlaid == &PowerLedger::dropped) given_up_.outlines += channelMean(power);
         return 0;
     }
     const double exit = exitDistance(frame().indexFromWorld(path.position), frame().indexDirection(path.direction));
@@ -134,7 +136,9 @@ double TubeBuilder::countCorner(const Path& path, const glm::dvec3& emitted, dou
     double PowerLedger::*const end = !(path.hit_distance <= exit)             ? &PowerLedger::escaped
                                      : path.end.kind == Target::Kind::Surface ? &PowerLedger::dropped
                                                                               : &PowerLedger::received;
+    const double before = power_.dropped;
     countLeg(medium, power, length, end, power_);
+    given_up_.events += power_.dropped - before;
     return 0;
 }
 
@@ -170,6 +174,13 @@ void TubeBuilder::closeBlock(int s) {
             {BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
              open.first_corner, open.first_tube, optics_->medium(open.medium).extinction()});
     open = OpenBlock{};
+}
+
+// Whether a tube's corners are of different fates: by planes, which end each corner's leg where it meets them, none is.
+bool TubeBuilder::standsAstride(const Corners& corners) const {
+    for (const Path* path : corners)
+        if (path->outcome != PathOutcome::Lit) return true;
+    return !optics_->caster().planesOnly() && !sameEnd(*corners[0], *corners[1], *corners[2]);
 }
 
 // Each corner stands for a third of a tube's power. Where a closed body turns away from the light there is no edge of a
@@ -224,7 +235,10 @@ int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dve
         seeds_[s].power += handed_on;
     }
     whole = whole && seeds_.size() == first_seed + 1;
-    if (axis >= 0 && !culled) layTube(laid, axis, power);
+    if (axis >= 0 && !culled) {
+        layTube(laid, axis, power);
+        if (standsAstride(corners)) astride_ += channelMean(power[0] + power[1] + power[2]);
+    }
     return whole ? seeds_[first_seed].surface : -1;
 }
 
@@ -296,7 +310,8 @@ TubeConstants TubeBuilder::constantsOf(const Corners& corners, int axis, const g
 }
 
 void TubeBuilder::beginHold() {
-    hold_.power = power_, hold_.arriving = arriving_, hold_.leaving = leaving_, hold_.kept = kept_;
+    hold_.power = power_, hold_.given_up = given_up_, hold_.astride = astride_;
+    hold_.arriving = arriving_, hold_.leaving = leaving_, hold_.kept = kept_;
     hold_.seeds = seeds_.size();
     for (std::size_t s = 0; s < sets_.size(); ++s) hold_.tubes[s] = sets_[s].tubes.size();
 }
@@ -304,12 +319,15 @@ void TubeBuilder::beginHold() {
 void TubeBuilder::endHold(Held what, double power) {
     const double found = what == Held::Arriving ? arriving_ - hold_.arriving : leaving_ - hold_.leaving;
     if (!(found > 0)) {
-        power_.dropped += power;
+        power_.dropped += power, given_up_.outlines += power;
         return;
     }
     const double scale = power / found;
     for (double PowerLedger::*const term : PowerLedger::kTerms)
         power_.*term = hold_.power.*term + scale * (power_.*term - hold_.power.*term);
+    for (double GivenUpPower::*const term : GivenUpPower::kTerms)
+        given_up_.*term = hold_.given_up.*term + scale * (given_up_.*term - hold_.given_up.*term);
+    astride_ = hold_.astride + scale * (astride_ - hold_.astride);
     arriving_ = hold_.arriving + scale * (arriving_ - hold_.arriving);
     leaving_ = hold_.leaving + scale * (leaving_ - hold_.leaving), kept_ = hold_.kept + scale * (kept_ - hold_.kept);
     for (std::size_t i = hold_.seeds; i < seeds_.size(); ++i) seeds_[i].power *= scale;

@@ -89,6 +89,10 @@ public:
 
     const GridFrame& frame() const { return optics_->frame(); }
     const PowerLedger& power() const { return power_; }
+    /// What its `dropped` is made of: outlines, turned and events.
+    const GivenUpPower& givenUp() const { return given_up_; }
+    /// Of laid tubes whose corners end on different things [W].
+    double astride() const { return astride_; }
     /// Of the power that came to the last event what neither went on nor stayed there: the other branch's [W].
     double leftForOther() const { return std::max(0.0, arriving_ - leaving_ - kept_); }
     std::int64_t tubes() const { return tubes_; }
@@ -118,6 +122,7 @@ private:
     }
     int chooseAxis(const Path& a, const Path& b, const Path& c, double max_slope) const;
     bool missesBox(const Corners& corners) const;
+    bool standsAstride(const Corners& corners) const;
     double shareOfCorner(const Corners& corners) const;
     CornerRay cornerRay(const Path& path, int axis, double end_distance) const;
     std::uint8_t cornerIndex(int set, const Path& path, double end_distance);
@@ -144,11 +149,15 @@ private:
     std::vector<TubeSeed> seeds_;
     int root_ = -1;
     PowerLedger power_;
+    GivenUpPower given_up_;
+    double astride_ = 0;
     double arriving_ = 0, leaving_ = 0,
            kept_ = 0;  // at the last event [W]: in all, along the branch, and by the surface
     std::int64_t tubes_ = 0, added_ = 0, searches_ = 0;
     struct HoldStart {
         PowerLedger power;
+        GivenUpPower given_up;
+        double astride = 0;
         double arriving = 0, leaving = 0, kept = 0;
         std::array<std::size_t, std::tuple_size_v<TubeSets>> tubes{};
         std::size_t seeds = 0;

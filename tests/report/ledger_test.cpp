@@ -25,6 +25,14 @@ TEST(PowerLedger, EveryTermIsAccountedFor) {
     EXPECT_EQ(PowerLedger{}.imbalance(), 0) << "without light";
 }
 
+TEST(GivenUpPower, EveryTermIsSummed) {
+    GivenUpPower power;
+    double value = 1, sum = 0;
+    for (double GivenUpPower::*const term : GivenUpPower::kTerms) power.*term = value, sum += value, value *= 2;
+    EXPECT_EQ(sizeof(GivenUpPower), sizeof(double) * std::size(GivenUpPower::kTerms));
+    EXPECT_EQ(power.sum(), sum);
+}
+
 TEST(PathLedger, IsRelativeWhereLightWasExpected) {
     EXPECT_DOUBLE_EQ((PathLedger{1.5, 1.0}.imbalance()), 0.5);
     EXPECT_DOUBLE_EQ((PathLedger{0.25, 0.0}.imbalance()), 0.25) << "light that nobody expected";
