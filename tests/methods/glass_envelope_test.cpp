@@ -236,5 +236,117 @@ TEST(GlassEnvelope, LightFromTheRimIsBrightestAtTheCardioid) {
     expectSlope(errors, 0.7);
 }
 
+/// A ball of an even index under a sun that shines along -z, by the closed form: a ray that comes in at b = R sin t is
+/// turned by 2 (t - t'), and crosses the level `depth` below the centre at r = b cos(delta) - s sin(delta), with
+/// depth = b sin(delta) + s cos(delta).
+struct BallLens {
+    static constexpr double kRadius = 0.7, kIor = 1.333;
+    glm::dvec3 centre{0.011, -0.017, 0.25};
+
+    void addTo(GlassScene& glass) const {
+        glass.addSphere(centre, kRadius, SurfaceEvent::Refract);
+        glass.scene.media[1].ior = kIor, glass.scene.bake.bounces = 2;
+    }
+    double radiusAt(double b, double depth) const {
+        const double t = std::asin(b / kRadius), turned = 2 * (t - std::asin(b / kRadius / kIor));
+        const double s = (depth - b * std::sin(turned)) / std::cos(turned);
+        return b * std::cos(turned) - s * std::sin(turned);
+    }
+    /// The light of both faces that crosses that level within a radius of the axis [W].
+    double powerWithin(double radius, double depth) const {
+        constexpr int kRings = 200'000;
+        double sum = 0;
+        for (int i = 0; i < kRings; ++i) {
+            const double b = kRadius * (i + 0.5) / kRings;
+            if (std::fabs(radiusAt(b, depth)) > radius) continue;
+            const double cosine = std::sqrt(1 - b * b / kRadius / kRadius),
+                         t = truth::fresnelTransmittance(cosine, 1, kIor);
+            sum += 2 * std::numbers::pi * b * kRadius / kRings * t * t;
+        }
+        return sum;
+    }
+    /// Where the rays of one plane touch their envelope: the largest radius that they have before they cross the axis.
+    double envelopeAt(double depth) const {
+        double largest = 0;
+        for (int i = 1; i < 20'000; ++i) largest = std::max(largest, radiusAt(0.95 * kRadius * i / 20'000, depth));
+        return largest;
+    }
+};
+
+/// What crosses a layer of voxels within a radius of a point of it [W]; voxels that the circle cuts, by their share.
+double powerInCircle(const LightField& field, int layer, const glm::dvec2& centre, double radius) {
+    constexpr int kParts = 32;
+    const GridFrame& f = field.frame();
+    const double side = f.worldFromIndex()[0][0];
+    double sum = 0;
+    for (int x = f.min.x; x <= f.max.x; ++x)
+        for (int y = f.min.y; y <= f.max.y; ++y) {
+            int inside = 0;
+            for (int i = 0; i < kParts * kParts; ++i) {
+                const glm::dvec2 part = (glm::dvec2(i % kParts, i / kParts) + 0.5) / double(kParts) - 0.5;
+                const glm::dvec2 at(f.worldFromIndex(glm::dvec3(glm::dvec2(x, y) + part, layer)));
+                inside += glm::length(at - centre) <= radius;
+            }
+            sum -= field.flux({x, y, layer}).z * side * side * inside / (kParts * kParts);
+        }
+    return sum;
+}
+
+TEST(GlassEnvelope, ABallLensGathersItsPowerAroundTheAxis) {
+    const BallLens ball;
+    std::vector<double> errors;
+    for (const int cells : kCells) {
+        GlassScene glass(cells);
+        ball.addTo(glass);
+        const LightField field = glass.bake(beamsMethod()).field;
+        double off = 0, all = 0;
+        // Layers in the same places at every resolution, but for half of a voxel.
+        for (const double z : {-0.5625, -0.6875, -0.8125, -0.9375}) {
+            const int layer = static_cast<int>(std::floor(z * cells / 2));
+            const double depth = ball.centre.z - glass.frame.worldFromIndex({0, 0, layer}).z;
+            for (const double radius : {0.15, 0.3, 0.45, 0.6}) {
+                const double exact = ball.powerWithin(radius, depth),
+                             found = powerInCircle(field, layer, glm::dvec2(ball.centre), radius);
+                off += std::fabs(found - exact), all += exact;
+            }
+        }
+        std::printf("  %d cells: power within a radius of the axis off by %.4f of it\n", cells, off / all);
+        errors.push_back(off / all);
+    }
+    EXPECT_LT(errors.back(), 0.01);
+    expectSlope(errors, 1);
+}
+
+TEST(GlassEnvelope, LightBehindABallLensIsBrightestAtItsEnvelope) {
+    const BallLens ball;
+    std::vector<double> errors;
+    for (const int cells : {32, 64, 128}) {
+        GlassScene glass(cells);
+        ball.addTo(glass);
+        const LightField field = glass.bake(beamsMethod()).field;
+        const double voxel = 2.0 / cells;
+        double sum = 0;
+        int n = 0;
+        for (const double z : {-0.51, -0.55, -0.6})
+            for (const double degrees : {13.0, 75.0, 140.0, 205.0, 290.0}) {
+                const double a = degrees * std::numbers::pi / 180, envelope = ball.envelopeAt(ball.centre.z - z);
+                double brightest = 0, where = 1e9;
+                // Not as far inwards as the axis, which is bright too.
+                for (double t = -1.5; t <= 4; t += 0.125) {
+                    const double radius = envelope + t * voxel;
+                    const glm::dvec3 at(ball.centre.x + radius * std::cos(a), ball.centre.y + radius * std::sin(a), z);
+                    const glm::ivec3 v(glm::round(field.frame().indexFromWorld(at)));
+                    if (const double e = field.irradiance(v); e > brightest) brightest = e, where = t;
+                }
+                EXPECT_LT(std::fabs(where), 1.75) << degrees << " degrees: the brightest voxel is not at the envelope";
+                sum += std::fabs(where) * voxel, ++n;
+            }
+        std::printf("  voxels of %.4f m: brightest on average %.4f m from the envelope\n", voxel, sum / n);
+        EXPECT_LT(sum / n, 0.9 * voxel);
+        errors.push_back(sum / n);
+    }
+    expectSlope(errors, 0.7);
+}
+
 }  // namespace
 }  // namespace photic
