@@ -34,7 +34,7 @@ struct Example {
     std::int64_t photons;
     double usual,
         careful;   ///< bias of voxels that no surface cuts, at the default tolerance and a careful one; 0: not baked
-    double finer;  ///< the same of means over 3^3 voxels a third as wide, at the default tolerance
+    double finer;  ///< the same of means over 3^3 voxels a third as wide, at the default tolerance; 0: not baked
 };
 
 struct Compared {
@@ -143,12 +143,14 @@ TEST_P(GlassAgreement, VoxelsArePhotons) {
     ASSERT_GT(usual.away.count(), 30u);
     EXPECT_LT(usual.away.bias(), example.usual);
     // What is off by the width of voxels, and not by the tubes, falls with it.
-    Scene in_finer = scene;
-    in_finer.domain.voxel_size /= 3;
-    const Compared finer = compareFiner(scene, tree, whole(bakeScene(in_finer, "beams")), photons);
-    print(scene, example.name, "voxels a third as wide", finer.away);
-    print(scene, example.name, "voxels a third as wide, of those that something cuts", finer.cut);
-    EXPECT_LT(finer.away.bias(), example.finer);
+    if (example.finer > 0) {
+        Scene in_finer = scene;
+        in_finer.domain.voxel_size /= 3;
+        const Compared finer = compareFiner(scene, tree, whole(bakeScene(in_finer, "beams")), photons);
+        print(scene, example.name, "voxels a third as wide", finer.away);
+        print(scene, example.name, "voxels a third as wide, of those that something cuts", finer.cut);
+        EXPECT_LT(finer.away.bias(), example.finer);
+    }
     if (example.careful == 0) return;  // minutes
     scene.bake.tolerance = kCareful;
     const Compared careful = compare(tree, whole(bakeScene(scene, "beams")), photons);
@@ -158,14 +160,14 @@ TEST_P(GlassAgreement, VoxelsArePhotons) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Examples, GlassAgreement,
-                         testing::Values(Example{"glass_ball", 48, 4'000'000, 0.11, 0.024, 0.03},
-                                         Example{"ring", 48, 8'000'000, 0.016, 0.0055, 0.03},
-                                         Example{"mirror_sphere", 48, 8'000'000, 0.007, 0.005, 0.03},
-                                         Example{"prism", 48, 4'000'000, 0.008, 0.0065, 0.03},
-                                         Example{"discoball", 48, 4'000'000, 0.034, 0.027, 0.03},
-                                         Example{"lens_check", 48, 8'000'000, 0.0085, 0.008, 0.03},
-                                         Example{"wine_glass", 48, 2'000'000, 0.02, 0, 0.03},
-                                         Example{"aquarium", 24, 4'000'000, 0.08, 0, 0.03}),
+                         testing::Values(Example{"glass_ball", 48, 4'000'000, 0.11, 0.024, 0},
+                                         Example{"ring", 48, 8'000'000, 0.016, 0.0055, 0},
+                                         Example{"mirror_sphere", 48, 8'000'000, 0.007, 0.005, 0.005},
+                                         Example{"prism", 48, 4'000'000, 0.008, 0.0065, 0},
+                                         Example{"discoball", 48, 4'000'000, 0.034, 0.027, 0.01},
+                                         Example{"lens_check", 48, 8'000'000, 0.0085, 0.008, 0},
+                                         Example{"wine_glass", 48, 2'000'000, 0.02, 0, 0.012},
+                                         Example{"aquarium", 24, 4'000'000, 0.08, 0, 0.045}),
                          [](const auto& example) { return std::string(example.param.name); });
 
 }  // namespace
