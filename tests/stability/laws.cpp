@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
+#include <utility>
 
 #include "bake/field/grid_laws.h"
 #include "bake/report/error.h"
@@ -207,18 +209,31 @@ private:
     std::string path_;
 };
 
-// What the child tells: a letter, the law, a new line and the rest.
+// What the child tells: a letter, then a line, or a line with its law and one with its figure for each that was broken.
 std::string verdict(const SceneModel& scene, const std::string& directory) {
     try {
-        const auto broken = brokenLaw(scene, directory);
-        return broken ? "B" + broken->law + "\n" + broken->what : "H";
+        const auto broken = brokenLaws(scene, directory);
+        std::string text = broken.empty() ? "H" : "B";
+        for (const Violation& violation : broken) text += violation.law + "\n" + violation.what + "\n";
+        return text;
     } catch (const Error& error) {
         if (error.code() == ErrorCode::Input || error.code() == ErrorCode::Usage)
-            return "R\n" + error.where() + ": " + error.what();
+            return "R" + error.where() + ": " + error.what();
         return std::string("Berror\n") + error.what();
     } catch (const std::exception& error) {
         return std::string("Bexception\n") + error.what();
     }
+}
+
+// The other way round.
+Outcome readVerdict(const std::string& text) {
+    Outcome outcome;
+    if (text[0] == 'R') outcome.kind = Outcome::Kind::Refused, outcome.refusal = text.substr(1);
+    if (text[0] != 'B') return outcome;
+    outcome.kind = Outcome::Kind::Broken;
+    std::istringstream lines(text.substr(1));
+    for (Violation v; std::getline(lines, v.law) && std::getline(lines, v.what);) outcome.violations.push_back(v);
+    return outcome;
 }
 
 }  // namespace
@@ -245,20 +260,24 @@ std::optional<Violation> brokenByField(const LightField& field) {
     return std::nullopt;
 }
 
-std::optional<Violation> brokenLaw(const SceneModel& scene, const std::string& directory) {
+std::vector<Violation> brokenLaws(const SceneModel& scene, const std::string& directory) {
     const Baked baked = bakeModel(scene, directory);
-    if (auto broken = brokenByField(baked.field())) return broken;
-    for (const auto& [name, grid] : baked.result.volume.scalars)
-        if (auto broken = brokenByField(grid)) return broken;
-    if (auto broken = brokenLedger(scene, baked)) return broken;
+    std::vector<Violation> all;
+    const auto judge = [&](std::optional<Violation> broken) {
+        if (broken) all.push_back(std::move(*broken));
+    };
+    judge(brokenByField(baked.field()));
+    for (const auto& [name, grid] : baked.result.volume.scalars) judge(brokenByField(grid));
+    judge(brokenLedger(scene, baked));
+    judge(brokenByPhotons(scene, baked, directory));
     // Where all but nothing is lit, what is there is rounding.
     const BakeReport& report = baked.result.report;
-    if (report.path.deposited < 1e-9 * report.power.emitted * scene.scale) return std::nullopt;
-    if (auto broken = brokenByDoubling(scene, baked, directory)) return broken;
-    if (auto broken = brokenByThreads(scene, directory)) return broken;
-    if (auto broken = brokenByMoving(scene, baked, directory)) return broken;
-    if (auto broken = brokenByRefining(scene, baked, directory)) return broken;
-    return brokenByPhotons(scene, baked, directory);
+    if (report.path.deposited < 1e-9 * report.power.emitted * scene.scale) return all;
+    judge(brokenByDoubling(scene, baked, directory));
+    judge(brokenByThreads(scene, directory));
+    judge(brokenByMoving(scene, baked, directory));
+    judge(brokenByRefining(scene, baked, directory));
+    return all;
 }
 
 Outcome tryScene(const SceneModel& scene, unsigned limit_seconds) {
@@ -284,23 +303,17 @@ Outcome tryScene(const SceneModel& scene, unsigned limit_seconds) {
     int status = 0;
     ::waitpid(child, &status, 0);
 
-    Outcome outcome;
     if (text.empty() || !WIFEXITED(status)) {
         const bool late = WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM;
+        Outcome outcome;
         outcome.kind = Outcome::Kind::Broken;
-        outcome.violation = {late ? "time" : "crash", late ? fmt::format("took more than {} s", limit_seconds)
-                                                           : fmt::format("ended with status {} (signal {})", status,
-                                                                         WIFSIGNALED(status) ? WTERMSIG(status) : 0)};
+        outcome.violations = {{late ? "time" : "crash", late
+                                                            ? fmt::format("took more than {} s", limit_seconds)
+                                                            : fmt::format("ended with status {} (signal {})", status,
+                                                                          WIFSIGNALED(status) ? WTERMSIG(status) : 0)}};
         return outcome;
     }
-    const std::size_t line = std::min(text.find('\n'), text.size());
-    const std::string rest = line < text.size() ? text.substr(line + 1) : std::string();
-    outcome.kind = text[0] == 'H'   ? Outcome::Kind::Held
-                   : text[0] == 'R' ? Outcome::Kind::Refused
-                                    : Outcome::Kind::Broken;
-    if (outcome.kind == Outcome::Kind::Refused) outcome.refusal = rest;
-    if (outcome.kind == Outcome::Kind::Broken) outcome.violation = {text.substr(1, line - 1), rest};
-    return outcome;
+    return readVerdict(text);
 }
 
 }  // namespace photic::stability

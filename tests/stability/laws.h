@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bake/field/light_field.h"
 #include "tests/stability/scene_model.h"
@@ -17,10 +18,10 @@ struct Violation {
 
 /// Bakes the scene as often as the laws need it: finite and not negative, |direction| <= 1, both ledgers closed, light
 /// doubled, everything moved by whole voxels, other thread counts, a finer tolerance, and photons of the same scene.
-/// Files go to `directory`, which must exist.
-/// @return the first law that was broken; none where all hold
+/// Each is judged on its own. Files go to `directory`, which must exist.
+/// @return every law that was broken; nothing where all hold
 /// @throws Error{Input} where the scene is refused
-std::optional<Violation> brokenLaw(const SceneModel& scene, const std::string& directory);
+std::vector<Violation> brokenLaws(const SceneModel& scene, const std::string& directory);
 
 /// The laws that one field can break by itself.
 std::optional<Violation> brokenByField(const LightField& field);
@@ -30,7 +31,7 @@ bool sameBits(const LightField& a, const LightField& b);
 struct Outcome {
     enum class Kind { Held, Refused, Broken };
     Kind kind = Kind::Held;
-    Violation violation;  ///< Broken: a crash is the law "crash", an exceeded time limit "time"
+    std::vector<Violation> violations;  ///< Broken: a crash is the law "crash", an exceeded time limit "time"
     std::string refusal;
 };
 Outcome tryScene(const SceneModel& scene, unsigned limit_seconds);

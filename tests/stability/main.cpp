@@ -18,6 +18,7 @@ namespace {
 
 using photic::stability::Outcome;
 using photic::stability::SceneModel;
+using photic::stability::Violation;
 
 constexpr unsigned kSceneSeconds = 120;
 constexpr int kShrinkTries = 60;
@@ -48,19 +49,20 @@ std::string kindOf(const std::string& refusal) {
     return words.substr(std::min<std::size_t>(2, words.size()), 90);
 }
 
-void report(const SceneModel& scene, const Outcome& outcome, const Arguments& arguments) {
-    fmt::print("seed {}: {}: {}\n", scene.seed, outcome.violation.law, outcome.violation.what);
+// One law that a scene broke: the smallest scene found that still does is kept.
+void report(const SceneModel& scene, const Violation& violation, const Arguments& arguments) {
+    fmt::print("seed {}: {}: {}\n", scene.seed, violation.law, violation.what);
     std::fflush(stdout);
     const auto alike = [&](const SceneModel& other) {
         const Outcome o = photic::stability::tryScene(other, kSceneSeconds);
-        return o.kind == Outcome::Kind::Broken && o.violation.law == outcome.violation.law;
+        return std::any_of(o.violations.begin(), o.violations.end(),
+                           [&](const Violation& v) { return v.law == violation.law; });
     };
     const SceneModel small = arguments.shrink ? photic::stability::shrink(scene, alike, kShrinkTries) : scene;
-    const auto folder = std::filesystem::path(arguments.keep) / fmt::format("{}_{}", outcome.violation.law, scene.seed);
+    const auto folder = std::filesystem::path(arguments.keep) / fmt::format("{}_{}", violation.law, scene.seed);
     std::filesystem::create_directories(folder);
     std::ofstream(folder / "scene.toml") << small.toml(folder.string());
-    std::ofstream(folder / "why.txt") << fmt::format("seed {}: {}: {}\n", scene.seed, outcome.violation.law,
-                                                     outcome.violation.what);
+    std::ofstream(folder / "why.txt") << fmt::format("seed {}: {}: {}\n", scene.seed, violation.law, violation.what);
     fmt::print("  {}\n", (folder / "scene.toml").string());
     std::fflush(stdout);
 }
@@ -93,7 +95,7 @@ int main(int argc, char** argv) {
     const auto elapsed = [&] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
-    std::int64_t held = 0, refused = 0;
+    std::int64_t held = 0, refused = 0, failures = 0;
     std::map<std::string, int> broken, refusals;
     for (std::uint64_t seed = arguments.seed; elapsed() < arguments.seconds; ++seed) {
         if (arguments.scenes >= 0 && seed >= arguments.seed + static_cast<std::uint64_t>(arguments.scenes)) break;
@@ -102,12 +104,13 @@ int main(int argc, char** argv) {
         held += outcome.kind == Outcome::Kind::Held, refused += outcome.kind == Outcome::Kind::Refused;
         if (outcome.kind == Outcome::Kind::Refused) ++refusals[kindOf(outcome.refusal)];
         if (outcome.kind != Outcome::Kind::Broken) continue;
-        ++broken[outcome.violation.law];
-        report(scene, outcome, arguments);
+        ++failures;
+        for (const Violation& violation : outcome.violations) {
+            ++broken[violation.law];
+            report(scene, violation, arguments);
+        }
     }
-    int failures = 0;
-    for (const auto& [law, count] : broken) failures += count;
-    fmt::print("{} scenes held every law, {} were refused, {} broke one\n", held, refused, failures);
+    fmt::print("{} scenes held every law, {} were refused, {} broke one or more\n", held, refused, failures);
     for (const auto& [law, count] : broken) fmt::print("  {}: {}\n", law, count);
     for (const auto& [words, count] : refusals) fmt::print("  refused {} times: {}\n", count, words);
     return failures > 0;
