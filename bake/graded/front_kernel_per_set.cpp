@@ -97,8 +97,8 @@ struct Group {
     V u, v, w, pu, pv, pw, lit, depth[3], time, moving;
 };
 
-/// Adds what a step of `length` [m] in the media at its middle takes.
-void attenuate(const FrontMarch& march, V u, V v, float w, V length, Group& ray) {
+/// Adds the optical depth of `length` [m] in the media at a place [voxels].
+void addDepth(const FrontMarch& march, V u, V v, float w, V length, V (&depth)[3]) {
     const FrontMedia& media = *march.media;
     const IndexSlices& slices = *march.slices;
     const auto layer = static_cast<std::size_t>(std::max(0.0f, w - static_cast<float>(march.node_w) + 0.5f));
@@ -109,8 +109,16 @@ void attenuate(const FrontMarch& march, V u, V v, float w, V length, Group& ray)
             media.of_node[static_cast<std::size_t>(x) * media.stride_u + static_cast<std::size_t>(y) * media.stride_v +
                           layer * media.stride_w];
         if (medium == 0) continue;
-        for (int k = 0; k < march.channels; ++k) ray.depth[k][l] += media.extinction[medium][k] * length[l];
+        for (int k = 0; k < march.channels; ++k) depth[k][l] += media.extinction[medium][k] * length[l];
     }
+}
+
+/// Mean of exp(-x) over [depth - half, depth + half].
+V meanLeft(V depth, V half) {
+    const V x = 2.0f * half;
+    // (1 - exp(-x)) / x; its series where that would cancel.
+    const V series = 1.0f - x * (0.5f - x * (1.0f / 6 - x * (1.0f / 24))), large = most(x, splat<V>(0.1f));
+    return exponential<V>(half - depth) * (x < splat<V>(0.1f) ? series : (1.0f - exponential<V>(-large)) / large);
 }
 
 /// One step, to the plane `target` [voxels]; `step` counts the slab's slices in the light's order.
@@ -139,7 +147,8 @@ V advance(const FrontMarch& march, std::size_t step, float target, Group& ray) {
     const V in_medium = absolute(f.value - march.air) > march.least_lit ? one : zero;
     ray.lit = most(ray.lit, in_medium * goes * (height > zero ? one : zero));
     if (march.media && march.media->of_node)
-        attenuate(march, middle_u, middle_v, target - 0.5f * sense * share, squareRoot(square) * whole * goes, ray);
+        addDepth(march, middle_u, middle_v, target - 0.5f * sense * share, squareRoot(square) * whole * goes,
+                 ray.depth);
     ray.time = ray.time + 2.0f * f.value * whole * goes;  // dT = n^2 ds
     ray.u = stops > zero ? ray.u : middle_u + per_u * pu * second;
     ray.v = stops > zero ? ray.v : middle_v + per_v * pv * second;
@@ -160,8 +169,15 @@ void writeRows(const FrontMarch& march, const Group& ray, float plane, bool time
     rows[kSlopeU][lane] = slope_u, rows[kSlopeV][lane] = slope_v;
     rows[kLit][lane] = ray.lit;
     const V square = ray.pu * ray.pu + ray.pv * ray.pv + ray.pw * ray.pw;
-    rows[kMomentum][lane] = squareRoot(square);
-    for (int k = 0; k < march.channels; ++k) rows[kLeft + k][lane] = exponential<V>(-ray.depth[k]);
+    const V momentum = squareRoot(square);
+    rows[kMomentum][lane] = momentum;
+    // A voxel may be many times as deep as light goes: the mean over the layer is not what is left in its middle. A
+    // layer in which the ray starts begins with it.
+    V half[3] = {};
+    if (march.media && march.media->of_node)
+        addDepth(march, ray.u, ray.v, plane, (0.5f * march.voxel[2]) * momentum / ray.pw, half);
+    for (int k = 0; k < march.channels; ++k)
+        rows[kLeft + k][lane] = meanLeft(ray.depth[k], least(half[k], ray.depth[k]));
     if (timed) rows[kLeft + march.channels][lane] = ray.time + (sense * march.voxel[2]) * before * square / ray.pw;
 }
 

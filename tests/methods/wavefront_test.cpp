@@ -271,6 +271,26 @@ TEST(Wavefront, AFlatBlockRefractsAndAttenuatesAsGlassDoes) {
     EXPECT_NEAR(power.absorbed_medium / power.scattered, 2, 0.4);  // of different channels
 }
 
+// Where a voxel is many times as deep as light goes, what is left in its middle is not its mean: a third of it at five
+// times. By Beer and Lambert, layer by layer, from a side of the grid in and where the medium begins within it.
+TEST(Wavefront, WhatAVoxelAbsorbsManyTimesOverKeepsItsMean) {
+    const double sigma = 160, h = 1.0 / 32;  // 5 a voxel
+    const auto layerMean = [&](int layer) {
+        return std::exp(-sigma * h * layer) * -std::expm1(-sigma * h) / sigma / h;
+    };
+    const std::string box = "min = [-0.5, -0.5, -0.5]\nmax = [0.5, 0.5, 0.5]\nresolution = 32";
+    const Bake b = bake(
+        sceneOf(box, kDown,
+                medium("{ kind = \"linear\", n0 = 1.3, slope = [0, 0, 0] }", fmt::format("absorption = {}", sigma))));
+    const glm::ivec3 top = b.field().frame().max;
+    for (int layer = 0; layer < 3; ++layer)
+        EXPECT_NEAR(b.fluence({0, 0, top.z - layer}) / b.fluence({0, 0, top.z}), layerMean(layer) / layerMean(0), 2e-4);
+    EXPECT_NEAR(b.fluence({0, 0, top.z}), layerMean(0), 1e-3 * layerMean(0));
+    // What is absorbed is the light's way times the medium's extinction, however dense it is.
+    EXPECT_NEAR(b.report().power.absorbed_medium, sigma * b.report().path.deposited,
+                1e-3 * b.report().power.absorbed_medium);
+}
+
 TEST(Wavefront, ABlockReflectsTotallyWhatCannotLeaveIt) {
     // Light that comes in by the left side, at 27 degrees to the level, meets the bottom too flatly to leave, where it
     // turns from one axis to another within the rounded face; what comes in by the top leaves further to the right.
