@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "bake/paths/convex_region.h"
 #include "bake/threads/parallel_for.h"
@@ -13,7 +14,10 @@ namespace photic {
 
 bool standsBefore(const RayCaster& caster, const LightSample& sample, const glm::dvec3& place) {
     if (caster.empty()) return false;
-    if (!sample.source) return bool(caster.firstHit(place, -sample.direction));
+    constexpr double kEverywhere = std::numeric_limits<double>::infinity();
+    if (!sample.source)
+        return caster.planeStandsBefore(place, sample.light ? sample.light->direction : sample.direction) ||
+               caster.firstHit(place, -sample.direction, kEverywhere, EndlessPlanes::LeftOut);
     const glm::dvec3 way = *sample.source - place;
     return bool(caster.firstHit(place, glm::normalize(way), glm::length(way)));
 }

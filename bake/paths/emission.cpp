@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "bake/optics/tangent_frame.h"
+#include "bake/paths/ray_casting.h"
 #include "bake/scene/scattered_points.h"
 
 namespace photic {
@@ -20,6 +21,14 @@ constexpr double kEven = 0.01;
 // Edges along which a cone's strength is asked for, over the radius of what it lights: its power is off by less than
 // one per cent then, with the hardest rim.
 constexpr double kNarrow = 0.25;
+
+// Light along an axis comes to corners that lie on a sphere's very rim. Rounding must not choose there whether it comes
+// from within: it would go on inside of the ball, and bring many times the light.
+glm::dvec3 facingTheLight(const glm::dvec3& direction, const glm::dvec3& normal, const Sphere& sphere) {
+    const double past = glm::dot(direction, normal);
+    const bool on_rim = std::fabs(past) * sphere.radius < roundingOnSphere(sphere);
+    return on_rim ? glm::normalize(normal - (past + 1e-12) * direction) : normal;
+}
 
 // A spiral over the unit disc, moved and stretched to have the disc's own mean and moments of second order: light that
 // is a quadratic of the direction is summed exactly, and a low sun sends what its middle sends.
@@ -115,7 +124,9 @@ EmittedRay Emission::at(const EmissionParam& param, const glm::dvec3& face) cons
     if (surface_.sphere) {
         const glm::dvec3 normal = glm::normalize(param.position - surface_.sphere->center);
         const glm::dvec3 position = surface_.sphere->center + surface_.sphere->radius * normal;
-        return {position, directionAt(position), normal, normal};
+        const glm::dvec3 direction = directionAt(position),
+                         towards = facingTheLight(direction, normal, *surface_.sphere);
+        return {position, direction, towards, towards};
     }
     const double length = glm::length(param.normal);
     const bool usable = surface_.smooth && length > 0 && glm::dot(param.normal, face) > 0;

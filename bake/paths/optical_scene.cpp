@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "bake/optics/beer_lambert.h"
 #include "bake/paths/height_field_hit.h"
@@ -43,6 +44,9 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
         own_shadows_.push_back(OwnShadow::of(scene, surface, frame));
     }
     for (const Light& light : scene.lights) {
+        const double radius = 0.5 * light.angular_diameter_deg * std::numbers::pi / 180;
+        if (!light.position && radius > 0 && caster().planeParts(light.direction, radius))
+            parted_suns_.push_back({light.direction, radius});
         int water = -1;
         for (std::size_t i = 0; i < scene.surfaces.size() && water < 0; ++i)
             if (standsBelow(light, scene.surfaces[i])) water = sides_[i].inside;
@@ -137,8 +141,8 @@ Meeting OpticalScene::meetingOnMesh(const Surface& surface, const RayHit& hit, c
 }
 
 RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance,
-                              Meeting& meeting) const {
-    RayHit hit = caster().firstHit(origin, direction, max_distance);
+                              Meeting& meeting, EndlessPlanes planes) const {
+    RayHit hit = caster().firstHit(origin, direction, max_distance, planes);
     bool on_water = false;
     for (const int i : height_fields_) {
         const Surface& surface = scene_.surfaces[static_cast<std::size_t>(i)];
@@ -160,16 +164,25 @@ RayHit OpticalScene::firstHit(const glm::dvec3& origin, const glm::dvec3& direct
     return hit;
 }
 
+const glm::dvec3* OpticalScene::partedSun(const glm::dvec3& direction) const {
+    for (const PartedSun& sun : parted_suns_)
+        if (glm::length(direction - sun.middle) <= sun.radius) return &sun.middle;
+    return nullptr;
+}
+
 PathOutcome OpticalScene::arrival(const glm::dvec3& point, const glm::dvec3& direction,
                                   const std::optional<glm::dvec3>& source) const {
     if (caster().empty() && height_fields_.empty()) return PathOutcome::Lit;
     Meeting unused;
     const double reach = source ? glm::length(point - *source) : std::numeric_limits<double>::infinity();
-    const RayHit back = firstHit(point, -direction, reach, unused);
+    const glm::dvec3* sun = source ? nullptr : partedSun(direction);
+    if (sun && caster().planeStandsBefore(point, *sun)) return PathOutcome::Blocked;
+    const EndlessPlanes planes = sun ? EndlessPlanes::LeftOut : EndlessPlanes::Met;
+    const RayHit back = firstHit(point, -direction, reach, unused, planes);
     if (!back) return PathOutcome::Lit;
     // Something stands between. What light meets first decides: an object keeps it, a surface has launched it.
     const double far = source ? reach : caster().reachFrom(point) + back.distance + 1;
-    const RayHit first = firstHit(point - far * direction, direction, far * (1 - 1e-12), unused);
+    const RayHit first = firstHit(point - far * direction, direction, far * (1 - 1e-12), unused, planes);
     const Target::Kind kind = first ? first.target.kind : back.target.kind;
     return kind == Target::Kind::Surface ? PathOutcome::Hidden : PathOutcome::Blocked;
 }

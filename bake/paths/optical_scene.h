@@ -87,6 +87,10 @@ public:
     }
 
     /// What light meets first on its way to a point of a surface: `Lit` when that is the surface.
+    ///
+    /// An endless plane hides a sun's disc whole or not at all, as it hides the disc's middle. By the letter a pool's
+    /// wall below a sun at its zenith would hide half of the disc however high it ends above the water, and four of
+    /// them all of it.
     /// @param direction  unit, of travel
     /// @param source     [m] where the light stands; none for a sun
     PathOutcome arrival(const glm::dvec3& point, const glm::dvec3& direction,
@@ -95,8 +99,12 @@ public:
     PathOutcome arrivalOn(int surface, const glm::dvec3& point, const glm::dvec3& direction,
                           const std::optional<glm::dvec3>& source = std::nullopt) const;
 
+    /// The middle of the sun whose disc a direction belongs to, where a plane parts that disc; null elsewhere.
+    const glm::dvec3* partedSun(const glm::dvec3& direction) const;
+
     /// First hit with everything, height fields included. @param meeting  where a surface is hit
-    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting) const;
+    RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance, Meeting& meeting,
+                    EndlessPlanes planes = EndlessPlanes::Met) const;
 
     /// Whether planes or height fields stand in the scene, which may be met far from all bodies.
     bool standsEndless() const { return caster().hasPlanes() || !height_fields_.empty(); }
@@ -155,6 +163,11 @@ private:
     std::vector<MediumSides> sides_;
     std::vector<int> height_fields_;  // that legs can meet
     std::vector<std::optional<OwnShadow>> own_shadows_;
+    struct PartedSun {
+        glm::dvec3 middle{0};
+        double radius = 0;
+    };
+    std::vector<PartedSun> parted_suns_;
     std::vector<int> waters_;  // of each light of the scene: the medium of the height field above it, or -1
 };
 

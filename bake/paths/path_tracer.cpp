@@ -63,12 +63,16 @@ Path PathTracer::traceAcross(const EmissionParam& param) const {
     path.param = param, path.entry = point;
     Meeting at;
     constexpr double kEverywhere = std::numeric_limits<double>::infinity();
-    const RayHit hit = optics_.firstHit(start, direction, kEverywhere, at);
+    const glm::dvec3* sun = source ? nullptr : optics_.partedSun(direction);
+    const EndlessPlanes planes = sun ? EndlessPlanes::LeftOut : EndlessPlanes::Met;
+    const RayHit hit = optics_.firstHit(start, direction, kEverywhere, at, planes);
     path.outcome = PathOutcome::Missed;
     if (hit.target != Target{Target::Kind::Surface, history_.front().surface}) return path;
     // Planes and water have no end: they may stand farther from here than all bodies do.
     Meeting unused;
-    if (!source && optics_.standsEndless() && optics_.firstHit(start, -direction, kEverywhere, unused)) return path;
+    if (!source && optics_.standsEndless() && optics_.firstHit(start, -direction, kEverywhere, unused, planes))
+        return path;
+    if (sun && optics_.caster().planeStandsBefore(at.position, *sun)) return path;
     path.outcome = PathOutcome::Lit;
     followHistory({at.position, direction, at.normal, at.face}, path);
     return path;

@@ -19,6 +19,7 @@ namespace {
 // Of the meshes' size: a specular face this close before another hit lies on it.
 constexpr double kSameFace = 2e-6;
 constexpr float kSelfHitOffset = 4e-6f;
+constexpr double kOnPlane = 1e-12;  // of the distance to the world's origin
 
 struct DeviceDeleter {
     void operator()(RTCDevice d) const { rtcReleaseDevice(d); }
@@ -153,14 +154,14 @@ struct RayCaster::Impl {
             if (along == 0) continue;
             const double t = glm::dot(p.plane.point - origin, p.plane.normal) / along;
             const double scale = glm::length(origin) + glm::length(p.plane.point);
-            if (t > 1e-12 * scale && t < best.distance)
+            if (t > kOnPlane * scale && t < best.distance)
                 best = {t, p.target, 0, glm::dvec2(0), along < 0 ? p.plane.normal : -p.plane.normal};
         }
     }
 
     void hitSpheres(const glm::dvec3& origin, const glm::dvec3& direction, RayHit& best) const {
         for (const CastSphere& s : spheres) {
-            const double r = s.sphere.radius, self = 1e-9 * (r + glm::length(s.sphere.center));
+            const double r = s.sphere.radius, self = roundingOnSphere(s.sphere);
             const glm::dvec3 to = s.sphere.center - origin;
             const double along = glm::dot(to, direction);
             const glm::dvec3 miss = to - along * direction;
@@ -257,12 +258,34 @@ double RayCaster::reachFrom(const glm::dvec3& point) const {
     return reach;
 }
 
-RayHit RayCaster::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance) const {
+double roundingOnSphere(const Sphere& sphere) {
+    constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+    const double place = sphere.radius + glm::length(sphere.center);
+    return 8 * std::sqrt(kEpsilon * place * sphere.radius);
+}
+
+bool RayCaster::planeStandsBefore(const glm::dvec3& point, const glm::dvec3& travel) const {
+    constexpr double kAlong = 1e-12;
+    return std::any_of(impl_->planes.begin(), impl_->planes.end(), [&](const CastPlane& p) {
+        const double along = -glm::dot(travel, p.plane.normal);
+        const double t = glm::dot(p.plane.point - point, p.plane.normal) / along;
+        return std::fabs(along) > kAlong && t > kOnPlane * (glm::length(point) + glm::length(p.plane.point));
+    });
+}
+
+bool RayCaster::planeParts(const glm::dvec3& travel, double radius) const {
+    return std::any_of(impl_->planes.begin(), impl_->planes.end(), [&](const CastPlane& p) {
+        return std::fabs(glm::dot(travel, p.plane.normal)) < std::sin(radius);
+    });
+}
+
+RayHit RayCaster::firstHit(const glm::dvec3& origin, const glm::dvec3& direction, double max_distance,
+                           EndlessPlanes planes) const {
     RayHit best;
     // Embree aborts on rays that are not finite.
     if (!finite(origin) || !finite(direction)) return best;
     best.distance = max_distance;
-    impl_->hitPlanes(origin, direction, best);
+    if (planes == EndlessPlanes::Met) impl_->hitPlanes(origin, direction, best);
     impl_->hitSpheres(origin, direction, best);
     if (!impl_->meshes.empty()) impl_->hitMeshes(origin, direction, best);
     if (!best) best.distance = std::numeric_limits<double>::infinity();

@@ -19,6 +19,13 @@ struct Target {
     bool operator==(const Target&) const = default;
 };
 
+/// How far from a sphere's surface [m], along a ray, another meeting with it is rounding: a ray that starts on the
+/// surface and grazes it leaves it again within the square root of what its place is rounded by.
+double roundingOnSphere(const Sphere& sphere);
+
+/// Planes have no end: of the sun's light they may be asked about by the sun's middle (standsBefore).
+enum class EndlessPlanes { Met, LeftOut };
+
 struct RayHit {
     double distance = std::numeric_limits<double>::infinity();  ///< [m] along the unit direction
     Target target;
@@ -55,7 +62,14 @@ public:
     /// @param direction     unit
     /// @param max_distance  [m]; hits at or beyond it are ignored
     RayHit firstHit(const glm::dvec3& origin, const glm::dvec3& direction,
-                    double max_distance = std::numeric_limits<double>::infinity()) const;
+                    double max_distance = std::numeric_limits<double>::infinity(),
+                    EndlessPlanes planes = EndlessPlanes::Met) const;
+
+    /// Whether a plane stands between a point and a sun. A plane along the sun's own rays, to rounding, does not.
+    /// @param travel  unit, of the light
+    bool planeStandsBefore(const glm::dvec3& point, const glm::dvec3& travel) const;
+    /// Whether a plane stands within `radius` [radians] of the way that light goes, and so parts a disc that wide.
+    bool planeParts(const glm::dvec3& travel, double radius) const;
 
     /// A distance [m] from a point within which all meshes and spheres lie; 0 without any.
     double reachFrom(const glm::dvec3& point) const;

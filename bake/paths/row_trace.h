@@ -24,6 +24,7 @@ struct RowPlane {
 /// What one interface does to a row of corner rays, for tubes that cross the grid's z layers.
 struct RowTraceSetup {
     glm::dvec3 light_direction{0, 0, -1};
+    glm::dvec3 sun_middle{0, 0, -1};  ///< what planes hide, they hide of all directions of a disc alike
     bool refract = true;
     bool traces_other_branch = false;  ///< in a history of its own: then it is not left out here
     double ior_from = 1, ior_to = 1;

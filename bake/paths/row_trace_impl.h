@@ -74,8 +74,7 @@ inline void endOnPlanes(const RowTraceSetup& setup, std::size_t count, RayRow& r
     for (std::size_t i = 0; i < count; ++i) hit[i] = infinity, end[i] = sense * infinity;
     for (const RowPlane& plane : setup.planes) {
         const double nx = plane.normal[0], ny = plane.normal[1], nz = plane.normal[2];
-        const double towards_light =
-            -(nx * setup.light_direction[0] + ny * setup.light_direction[1] + nz * setup.light_direction[2]);
+        const double towards_light = -(nx * setup.sun_middle[0] + ny * setup.sun_middle[1] + nz * setup.sun_middle[2]);
         const int axis = plane.axis;
         for (std::size_t i = 0; i < count; ++i) {
             const double height = nx * x[i] + ny * y[i] + nz * z[i] - plane.offset;

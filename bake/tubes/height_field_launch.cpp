@@ -20,7 +20,9 @@ RowTraceSetup rowSetup(const PathTracer& tracer) {
     const Surface& surface = tracer.surface();
     const GridFrame& frame = tracer.optics().frame();
     RowTraceSetup setup;
-    setup.light_direction = tracer.emission().sample().direction;
+    const LightSample& sample = tracer.emission().sample();
+    setup.light_direction = sample.direction;
+    setup.sun_middle = sample.light ? sample.light->direction : sample.direction;
     setup.refract = tracer.history().front().branch == Branch::Refracted;
     setup.traces_other_branch = surface.event == SurfaceEvent::Both;
     const MediumSides& sides = tracer.optics().sides(tracer.emission().surfaceIndex());

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <string>
 
 #include "bake/methods/catalogue.h"
 #include "bake/report/error.h"
+#include "tests/methods/glass_scene.h"
 #include "tests/methods/photon_scenes.h"
 
 namespace photic {
@@ -57,11 +60,11 @@ TEST(SunDisc, SamplesWhatOneBlurCannotShow) {
 }
 
 /// What a bake by beams says of its ledgers.
-BakeReport bakeOf(const Scene& scene, const GivenOptions& options = {}) {
+BakeReport bakeOf(const Scene& scene, const GivenOptions& options = {}, const std::string& method = "beams") {
     Monitor monitor;
     const GridFrame frame = test_scenes::boxFrame({-0.5, -0.5, -1}, glm::ivec3(20), glm::dvec3(0.05));
     const auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(frame));
-    return findMethod("beams")->bake(scene, needed, options, monitor).report;
+    return findMethod(method)->bake(scene, needed, options, monitor).report;
 }
 
 TEST(SunDisc, LightsWithoutADiscMayStandBeforeAndBehindThoseWithOne) {
@@ -103,21 +106,50 @@ TEST(SunDisc, ItsBlurLeavesAWallAsBrightAsTheWaterBeforeIt) {
     EXPECT_LT(baked.report.path.imbalance(), 1e-6);
 }
 
-// A pool between walls that are planes, as most pools are given, below a sun at its zenith: each wall hides half of the
-// disc, by the letter, and all four of them all of it. By default light goes by the disc's middle, which none of them
-// hides.
+/// Planes round the frame's four sides.
+void addWalls(Scene& scene) {
+    for (const double side : {-1.0, 1.0}) {
+        scene.objects.push_back(test_scenes::planeObject({0.5 * side, 0, 0}, {-side, 0, 0}));
+        scene.objects.push_back(test_scenes::planeObject({0, 0.5 * side, 0}, {0, -side, 0}));
+    }
+}
+
+/// By default, by directions of the disc, and by photons.
+std::array<BakeReport, 3> everyWay(const Scene& scene) {
+    const GivenOptions sampled{{"disc", {std::string("sample"), "test"}}, {"disc_samples", {8.0, "test"}}};
+    return {bakeOf(scene), bakeOf(scene, sampled), bakeOf(scene, {{"count", {65536.0, "test"}}}, "photons")};
+}
+
+// A pool between walls that are planes, as most pools are given, below a sun at its zenith: by the letter each wall
+// hides half of the disc, and all four of them all of it. They go by the disc's middle, which none of them hides, by
+// default and where the disc is sampled, as it is as soon as anything stands in the pool, and for photons.
 TEST(SunDisc, APoolBetweenEndlessWallsIsLitBelowAZenithSun) {
     Scene scene = test_scenes::waterScene(0.0);
     scene.lights[0].direction = {0, 0, -1};
     scene.lights[0].angular_diameter_deg = 0.53;
     const double open = bakeOf(scene).path.deposited;
-    for (const double side : {-1.0, 1.0}) {
-        scene.objects.push_back(test_scenes::planeObject({0.5 * side, 0, 0}, {-side, 0, 0}));
-        scene.objects.push_back(test_scenes::planeObject({0, 0.5 * side, 0}, {0, -side, 0}));
+    addWalls(scene);
+    for (const BakeReport& between : everyWay(scene)) {
+        EXPECT_NEAR(between.path.deposited, open, 0.01 * open);
+        EXPECT_LT(between.path.imbalance(), 1e-6);
     }
-    const BakeReport between = bakeOf(scene);
-    EXPECT_NEAR(between.path.deposited, open, 0.01 * open);
-    EXPECT_LT(between.path.imbalance(), 1e-6);
+    // A sun that leans by less than its disc's radius goes by its middle too: it stands behind one of the walls.
+    scene.lights[0].direction = glm::normalize(glm::dvec3(0.002, 0, -1));
+    for (const BakeReport& dark : everyWay(scene)) EXPECT_LT(dark.path.deposited, 1e-3 * open);
+}
+
+// The same of bodies, whose tubes are launched across the light.
+TEST(SunDisc, EndlessWallsGoByItsMiddleForBodiesToo) {
+    Scene scene = test_scenes::waterScene(0.0);
+    scene.lights[0].direction = {0, 0, -1};
+    scene.lights[0].angular_diameter_deg = 0.53;
+    scene.surfaces.clear();
+    test::GlassScene ball(16);
+    ball.addSphere({0, 0, -0.4}, 0.3, SurfaceEvent::Refract);
+    scene.surfaces = ball.scene.surfaces, scene.media = ball.scene.media;
+    const double open = bakeOf(scene).path.deposited;
+    addWalls(scene);
+    for (const BakeReport& between : everyWay(scene)) EXPECT_NEAR(between.path.deposited, open, 0.02 * open);
 }
 
 TEST(SunDisc, OneBlurIsRefusedWhereItCannotShowTheDisc) {

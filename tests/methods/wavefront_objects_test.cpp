@@ -20,8 +20,9 @@ const std::string kBox = "min = [-0.5, -0.5, -0.5]\nmax = [0.5, 0.5, 0.5]\nresol
                   kEven = medium("{ kind = \"linear\", n0 = 1.3, slope = [0, 0, 0] }"),
                   kLuneburg = medium("{ kind = \"luneburg\", radius = 0.4 }");
 
-std::string plane(const std::string& point, const std::string& normal, const std::string& role = "receiver") {
-    return fmt::format("[[object]]\nname = \"plane\"\nrole = \"{}\"\nplane = {{ point = {}, normal = {} }}\n", role,
+std::string plane(const std::string& point, const std::string& normal, const std::string& role = "receiver",
+                  const std::string& name = "plane") {
+    return fmt::format("[[object]]\nname = \"{}\"\nrole = \"{}\"\nplane = {{ point = {}, normal = {} }}\n", name, role,
                        point, normal);
 }
 std::string box(const std::string& low, const std::string& high, const std::string& name = "box") {
@@ -50,6 +51,22 @@ TEST(WavefrontObjects, AFloorEndsLightTwoVoxelsBehindIt) {
     EXPECT_NEAR(blocked.fluence({0, 3, floor}), 0.5 - part, 1e-4);
     EXPECT_EQ(blocked.fluence({0, 3, floor - 1}), 0);
     expectClosed(blocked);
+}
+
+// Endless walls along the rays of a sun's middle hide none of its disc: half of its directions come from behind each.
+TEST(WavefrontObjects, WallsAlongTheSunHideNoneOfItsDisc) {
+    const std::string sun = "type = \"sun\"\ndirection = [0, 0, -1]\nirradiance = 1\nangular_diameter = 2";
+    const std::string walls = plane("[-0.5, 0, 0]", "[1, 0, 0]", "receiver", "west") +
+                              plane("[0.5, 0, 0]", "[-1, 0, 0]", "receiver", "east") +
+                              plane("[0, -0.5, 0]", "[0, 1, 0]", "receiver", "south") +
+                              plane("[0, 0.5, 0]", "[0, -1, 0]", "receiver", "north");
+    const auto light = [&](const std::string& method, const GivenOptions& options, const std::string& beside) {
+        return bakeWith(method, sceneOf(kBox, sun, kLuneburg + beside), options).report().path.deposited;
+    };
+    const GivenOptions eight = with("disc_samples", std::int64_t{8});
+    EXPECT_NEAR(light("wavefront", eight, walls), light("wavefront", eight, ""), 0.01 * light("wavefront", eight, ""));
+    EXPECT_NEAR(light("photons", paths(65536), walls), light("photons", paths(65536), ""),
+                0.02 * light("photons", paths(65536), ""));
 }
 
 TEST(WavefrontObjects, ASlopeEndsEachRayWhereItIs) {

@@ -18,7 +18,7 @@ using support::WaterScene;
 RowTraceSetup setupOf(const WaterScene& water, Branch branch, const LightEnd& light_end) {
     RowTraceSetup setup;
     const Surface& surface = water.scene.surfaces[0];
-    setup.light_direction = water.scene.lights[0].direction;
+    setup.light_direction = setup.sun_middle = water.scene.lights[0].direction;
     setup.refract = branch == Branch::Refracted;
     setup.traces_other_branch = surface.event == SurfaceEvent::Both;
     setup.ior_from = surface.ior_above, setup.ior_to = surface.ior_below;
