@@ -176,6 +176,28 @@ struct RayCaster::Impl {
         }
     }
 
+    // A hit of Embree's on the face that it names, in double.
+    struct Exact {
+        double distance = 0;  // [m]
+        bool known = false;   // else it is Embree's own
+        glm::dvec3 normal{0};
+    };
+    Exact exactly(const RTCRayHit& query, const glm::dvec3& origin, const glm::dvec3& direction, double start) const {
+        const TriangleMesh& mesh = *meshes[query.hit.geomID].mesh;
+        const auto& corner = mesh.triangles[query.hit.primID];
+        const glm::dvec3 &a = mesh.positions[corner[0]], &b = mesh.positions[corner[1]], &c = mesh.positions[corner[2]];
+        const glm::dvec3 normal = glm::cross((b - a) / radius, (c - a) / radius);
+        const double area = glm::length(normal), along = glm::dot(direction, normal);
+        Exact exact{(start + static_cast<double>(query.ray.tfar)) * radius, false,
+                    area > 0 ? normal / area : -direction};
+        if (!(area > 0 && std::fabs(along) > 1e-4 * area)) return exact;
+        const double distance = glm::dot(a - origin, normal) / along;
+        // A sliver's plane may be off; Embree's own distance is never wrong by more than this.
+        exact.known = std::fabs(distance - exact.distance) <= 1e-5 * radius / std::min(1.0, std::fabs(along) / area);
+        if (exact.known) exact.distance = distance;
+        return exact;
+    }
+
     void hitMeshes(const glm::dvec3& origin, const glm::dvec3& direction, RayHit& best) const {
         // Start at the bounding sphere: single precision then never sees a far origin.
         const glm::dvec3 o = (origin - centre) / radius;
@@ -193,34 +215,30 @@ struct RayCaster::Impl {
         query.ray.dir_z = static_cast<float>(direction.z);
         query.ray.tnear = start > 0 ? 0.0f : kSelfHitOffset;
         // A little further than asked: the exact distance is compared below.
-        query.ray.tfar = static_cast<float>(std::min(exit - start, best.distance / radius - start)) * (1.0f + 1e-5f) +
-                         kSelfHitOffset;
+        const float farthest =
+            static_cast<float>(std::min(exit - start, best.distance / radius - start)) * (1.0f + 1e-5f) +
+            kSelfHitOffset;
         query.ray.mask = ~0u;
-        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        embree::intersect(scene.get(), query);
-        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
-
-        const CastMesh& cast = meshes[query.hit.geomID];
-        const auto& corner = cast.mesh->triangles[query.hit.primID];
-        const glm::dvec3 &a = cast.mesh->positions[corner[0]], &b = cast.mesh->positions[corner[1]],
-                         &c = cast.mesh->positions[corner[2]];
-        glm::dvec3 normal = glm::cross((b - a) / radius, (c - a) / radius);
-        const double area = glm::length(normal), along = glm::dot(direction, normal);
-        const double coarse = (start + static_cast<double>(query.ray.tfar)) * radius;
-        double distance = coarse;
-        if (area > 0 && std::fabs(along) > 1e-4 * area) {
-            distance = glm::dot(a - origin, normal) / along;
-            // A sliver's plane may be off; Embree's own distance is never wrong by more than this.
-            if (std::fabs(distance - coarse) > 1e-5 * radius / std::min(1.0, std::fabs(along) / area))
-                distance = coarse;
+        Exact exact;
+        // A ray that grazes the face that it starts on meets it again, by single precision, farther off than any
+        // offset: in double it does not.
+        constexpr int kMostOnOwnFace = 4;
+        for (int tries = 0; tries < kMostOnOwnFace; ++tries) {
+            query.ray.tfar = farthest;
+            query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+            embree::intersect(scene.get(), query);
+            if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
+            exact = exactly(query, origin, direction, start);
+            if (start > 0 || !exact.known || exact.distance > double(kSelfHitOffset) * radius) break;
+            query.ray.tnear = std::nextafter(query.ray.tfar, std::numeric_limits<float>::infinity());
         }
-        normal = area > 0 ? normal / area : -direction;
+        const CastMesh& cast = meshes[query.hit.geomID];
         // What stands on a plane ends there: of the two faces that lie in one, rounding must not choose.
         const double tie = best && cast.target.kind == Target::Kind::Surface ? kSameFace * radius : 0;
-        if (distance < best.distance - tie)
-            best = {std::max(distance, 0.0), cast.target, query.hit.primID, glm::dvec2(query.hit.u, query.hit.v),
-                    glm::dot(normal, direction) < 0 ? normal : -normal};
+        if (exact.distance < best.distance - tie)
+            best = {std::max(exact.distance, 0.0), cast.target, query.hit.primID, glm::dvec2(query.hit.u, query.hit.v),
+                    glm::dot(exact.normal, direction) < 0 ? exact.normal : -exact.normal};
     }
 };
 
