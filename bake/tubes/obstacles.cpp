@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <span>
@@ -33,6 +34,17 @@ Obstacles::Obstacles(const PathTracer& tracer) : optics_(tracer.optics()), trace
     };
     enters_on_mesh_ = isMesh(tracer.history().front()), leaves_mesh_ = isMesh(tracer.history().back());
     first_is_closed_ = tracer.surface().closed || tracer.surface().sphere.has_value();
+    const auto include = [&](const glm::dvec3& low, const glm::dvec3& high) {
+        const bool first = bodies_low_.x > bodies_high_.x;
+        bodies_low_ = first ? low : glm::min(bodies_low_, low);
+        bodies_high_ = first ? high : glm::max(bodies_high_, high);
+    };
+    for (const Surface& surface : optics_.scene().surfaces) {
+        if (surface.sphere)
+            include(surface.sphere->center - surface.sphere->radius, surface.sphere->center + surface.sphere->radius);
+        else if (surface.mesh)
+            for (const glm::dvec3& p : surface.mesh->positions) include(p, p);
+    }
 }
 
 // A box that leans with the legs.
@@ -92,6 +104,37 @@ Obstacles::Leg Obstacles::lastLeg(const Path& path, double shortened_voxels) con
     // A mesh that light leaves bends away beside the path.
     const double start = leaves_mesh_ ? std::min(kNear * voxel, end) : 0;
     return {path.position + start * path.direction, path.position + end * path.direction};
+}
+
+// From where a leg leaves the grid to where it has passed all that may send its light back; empty where nothing may.
+Obstacles::Leg Obstacles::legBeyond(const glm::dvec3& position, const glm::dvec3& direction, double exit,
+                                    double hit) const {
+    const glm::dvec3 farthest(direction.x > 0 ? bodies_high_.x : bodies_low_.x,
+                              direction.y > 0 ? bodies_high_.y : bodies_low_.y,
+                              direction.z > 0 ? bodies_high_.z : bodies_low_.z);
+    const double end = std::max(exit, std::min(hit, glm::dot(farthest - position, direction)));
+    return {position + exit * direction, position + end * direction};
+}
+
+bool Obstacles::standsBeyond(const Path& a, const Path& b, double width, std::int64_t& searches) const {
+    if (bodies_low_.x > bodies_high_.x) return false;
+    const GridFrame& frame = optics_.frame();
+    Leg beyond[2];
+    for (int k = 0; k < 2; ++k) {
+        const Path& path = k ? b : a;
+        const double exit =
+            frame.passDistance(frame.indexFromWorld(path.position), frame.indexDirection(path.direction));
+        // What never comes into the grid is followed by its corners alone.
+        if (!(exit > 0 && exit < path.hit_distance)) return false;
+        const bool ends = path.end.kind != Target::Kind::Nothing;
+        const double near = ends ? kNear * metresPerVoxel(frame, path.direction) : 0;
+        beyond[k] = legBeyond(path.position, path.direction, exit, path.hit_distance - near);
+    }
+    if (beyond[0].start == beyond[0].end && beyond[1].start == beyond[1].end) return false;
+    const ConvexRegion space = spaceBetween(beyond[0], beyond[1]);
+    for (int axis = 0; axis < 3; ++axis)
+        if (space.high[axis] < bodies_low_[axis] || space.low[axis] > bodies_high_[axis]) return false;
+    return standsIn(space, tracer_.history().back(), width, searches);
 }
 
 // From where all that stands in the scene is passed.
@@ -193,6 +236,7 @@ bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t
     const bool short_legs = last_a.start == last_a.end && last_b.start == last_b.end;
     if (!short_legs && standsIn(spaceBetween(last_a, last_b), tracer_.history().back(), width, searches)) return true;
     if (width > kNear && standsBehind(a, b, searches)) return true;
+    if (standsBeyond(a, b, width, searches)) return true;
     if (a.end.kind == Target::Kind::Nothing || a.end_triangle == b.end_triangle || width <= kWide) return false;
     const double near = kNear * metresPerVoxel(optics_.frame(), a.direction);
     return !covered(lastLeg(a, 0), lastLeg(b, 0), near, near);
@@ -250,7 +294,8 @@ Obstacles::Way Obstacles::ofBlock(RayRow* row, int first, int columns, int rows)
     if (none()) return Way::Free;
     const GridFrame& frame = optics_.frame();
     const int lattice_end = static_cast<int>(row[0].u.size()) - 1;
-    std::vector<Leg> from_light, last;
+    std::vector<Leg> from_light, last, beyond;
+    const bool any_bodies = bodies_low_.x <= bodies_high_.x;
     for (int j = -1; j <= rows + 1; ++j)
         for (int i = std::max(first - 1, 0); i <= std::min(first + columns + 1, lattice_end); ++i) {
             const RayRow& r = row[j];
@@ -262,8 +307,13 @@ Obstacles::Way Obstacles::ofBlock(RayRow* row, int first, int columns, int rows)
             from_light.push_back(legFromLight(p));
             const double end = std::fabs(r.w_end[k] - r.w[k]) * r.per_layer[k];  // behind a plane, if it is one
             last.push_back({p, p + std::min(end, std::max(0.0, exit)) * d});
+            if (any_bodies && exit > 0 && exit < r.hit_distance[k])
+                beyond.push_back(legBeyond(p, d, exit, r.hit_distance[k]));
         }
     if (optics_.tree().reaches(spaceAround(from_light))) return Way::Unclear;
+    const bool may_come_back =
+        std::any_of(beyond.begin(), beyond.end(), [](const Leg& leg) { return leg.start != leg.end; });
+    if (may_come_back && optics_.tree().reaches(spaceAround(beyond))) return Way::Unclear;
     if (!optics_.tree().reaches(spaceAround(last))) return Way::Free;
     const RayRow& r = row[0];
     const auto k = static_cast<std::size_t>(first);

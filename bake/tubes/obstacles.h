@@ -16,6 +16,8 @@ namespace photic {
 /// along the last leg. The answer depends on the two paths alone, so that both tubes that share an edge divide it
 /// alike; the spaces of a triangle's three edges cover it as long as no angle is above 126 degrees.
 ///
+/// What stands beyond the grid counts where it sends light on, which may come back: mirrors and glass.
+///
 /// Legs are looked at up to a voxel before their ends: what lies there is the receiver itself. A receiver that is made
 /// of many triangles must also cover the space, or light falls through a gap between the paths.
 class Obstacles {
@@ -63,6 +65,8 @@ private:
     bool isLitBetween(const Leg& to_a, const Leg& to_b, double width) const;
     bool covered(const Leg& a, const Leg& b, double before, double behind) const;
     Leg lastLeg(const Path& path, double shortened_voxels) const;
+    bool standsBeyond(const Path& a, const Path& b, double width, std::int64_t& searches) const;
+    Leg legBeyond(const glm::dvec3& position, const glm::dvec3& direction, double exit, double hit) const;
     Leg legFromLight(const glm::dvec3& entry) const;
     bool endOnOneObject(RayRow* row, int first, int columns, int rows, const std::vector<Leg>& around) const;
 
@@ -72,6 +76,7 @@ private:
     const OpticalScene& optics_;
     const PathTracer& tracer_;
     bool enters_on_mesh_, leaves_mesh_, first_is_closed_;
+    glm::dvec3 bodies_low_{1}, bodies_high_{0};  // of all specular bodies [m]; low > high without any
 };
 
 }  // namespace photic

@@ -18,8 +18,9 @@ constexpr double kLeastFacing = 1.0 / 8;
 // Share of full light below which tubes become no coarser.
 constexpr double kFaintest = 1.0 / 256;
 
-// Tubes that stay outside of the grid are divided down to this [voxels].
-constexpr double kWideOutside = 1;
+// Tubes that stay outside of the grid are divided down to this [voxels]; those that have met a body there, more finely:
+// between two that leave it beside the grid there may be light that comes into it.
+constexpr double kWideOutside = 1, kOutsideBodies = 0.25;
 
 // Where light is launched across its rays, empty space is searched for the surface as finely as this [voxels].
 constexpr double kWideEmpty = 1;
@@ -122,6 +123,12 @@ bool PathComparison::fansOut(const Path& a, const Path& b) const {
            largest(landing(a) - landing(b)) > kFan;
 }
 
+bool PathComparison::cutsOffRim(const Path& a, const Path& b) const {
+    constexpr double kAcross = 1e-6;
+    return emission_.surface().sphere && !emission_.plane() && a.outcome == PathOutcome::Lit &&
+           b.outcome == PathOutcome::Lit && std::fabs(a.facing) < kAcross && std::fabs(b.facing) < kAcross;
+}
+
 bool PathComparison::endsApart(const Path& a, const Path& b) const {
     if (!std::isfinite(a.end_distance) && !std::isfinite(b.end_distance)) return false;
     const int axis = mainAxis(frame_.indexDirection(a.direction + b.direction));
@@ -181,6 +188,8 @@ double Refiner::leastPower() const {
 bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return false;
     if (tracer_.emission().between(a.entry, b.entry) == Emission::Between::Narrow) return false;
+    // At a ball's rim no light is refracted, and all that the chord cuts off is.
+    if (compare_.cutsOffRim(a, b)) return width <= options_.silhouette;
     if (compare_.carries(a, b) < leastPower()) return true;
     // At a body's rim light fans out from within a hair: outlines need no finer tubes there, what they lay does.
     return width <= options_.silhouette && !(options_.tolerance > 0 && compare_.fansOut(a, b));
@@ -192,9 +201,10 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (lamp == Emission::Between::Narrow) return true;
     if (width <= options_.silhouette) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
     if (lamp == Emission::Between::Dark) return false;
-    if (lamp == Emission::Between::Uneven) return true;
+    if (lamp == Emission::Between::Uneven || compare_.cutsOffRim(a, b)) return true;
     // Where nothing is laid, light is followed only as well as it must be to come back.
-    if (width <= kWideOutside && compare_.missesGrid(a, b)) return false;
+    const bool met_body = tracer_.history().size() > 1 || a.end.kind == Target::Kind::Surface;
+    if (width <= (met_body ? kOutsideBodies : kWideOutside) && compare_.missesGrid(a, b)) return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
         return width > kWideSeam || !compare_.differByTheNextSurface(a, b, m);
     if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;

@@ -51,6 +51,8 @@ public:
     double bend(const Path& a, const Path& middle, const Path& b) const;
     /// Whether two paths that share a tube land more than a voxel apart.
     bool fansOut(const Path& a, const Path& b) const;
+    /// Whether both lie on a ball's very rim: light there goes straight on, but their chord cuts off part of the ball.
+    bool cutsOffRim(const Path& a, const Path& b) const;
     /// Whether their ends inside the grid or their starts are more than a layer apart.
     bool standApart(const Path& a, const Path& b) const { return endsApart(a, b) || startsApart(a, b); }
     /// Their ends: as on a slope or a wall.

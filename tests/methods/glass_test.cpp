@@ -115,6 +115,28 @@ TEST(Glass, ASpotSendsWhatItsConeDoes) {
 }
 
 // A torch close over water or a mirror lights less than a voxel, and far less than the first tubes are wide.
+// What passes the grid may be sent back into it from beyond: a mirror below the floor of the volume was not seen by
+// light that had come through the water, whose tubes were looked at up to the grid's end.
+TEST(Glass, AMirrorBelowTheGridSendsLightBackIntoIt) {
+    for (const double amplitude : {0.0, 0.005}) {
+        Scene scene = test_scenes::waterScene(0.3, std::make_shared<test_scenes::CosineField>(amplitude, 8));
+        GlassScene ball(16);
+        Surface& mirror = ball.addSphere({0, 0, -0.8}, 0.15, SurfaceEvent::Mirror);
+        mirror.medium_above = mirror.medium_below = -1;
+        scene.surfaces.push_back(mirror);
+        ball.scene = scene;
+        ball.frame = test_scenes::boxFrame({-0.5, -0.5, -0.6}, {16, 16, 11}, glm::dvec3(1.0 / 16));
+        const BakeReport tubes = ball.bake(beamsMethod()).report;
+        const BakeReport photons = ball.bake(photonsMethod(), {{"count", {200000.0, "test"}}}).report;
+        ball.scene.surfaces.pop_back();
+        const BakeReport without = ball.bake(beamsMethod()).report;
+        EXPECT_GT(photons.path.deposited, 1.01 * without.path.deposited) << amplitude;
+        EXPECT_NEAR(tubes.path.deposited, photons.path.deposited, 3e-3 * photons.path.deposited) << amplitude;
+        EXPECT_LT(tubes.path.imbalance(), 1e-6);
+        EXPECT_LT(tubes.power.imbalance(), 1e-9);
+    }
+}
+
 // Light along an axis comes to corners on the very rim of a ball, where rounding said whether it came from within: a
 // ball that only reflects, some thousand voxels from the origin, sent 46 % too much on.
 TEST(Glass, ABallsRimIsTheSameFarFromTheOrigin) {
