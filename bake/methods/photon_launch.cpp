@@ -87,11 +87,13 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
         }
         for (double& c : cumulative_) c /= total_share_;
     }
-    // A few samples tell about how much power there is.
-    constexpr int kTries = 256;
+    // A few samples tell about how much power there is; where none of them is lit, as under a spot whose cone is far
+    // narrower than the triangles that it meets, more of them: what seems dark would get no photons.
+    constexpr int kTries = 256, kMostTries = 1 << 18;
     const PhotonPoints points(PhotonSampling::Quasi, dimensions(), 1, 1);
-    for (int i = 0; i < kTries; ++i)
-        estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / kTries;
+    for (int tries = kTries; tries <= kMostTries && !(estimated_power_ > 0); tries *= 16)
+        for (int i = 0; i < tries; ++i)
+            estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / tries;
 }
 
 LightSample PhotonLight::sample(double a, double b) const {
