@@ -223,6 +223,28 @@ TEST(RayCasting, ARayThatIsNotFiniteHitsNothing) {
     EXPECT_FALSE(caster.firstHit({0, 0, std::numeric_limits<double>::infinity()}, {0, 0, -1}));
 }
 
+// In single precision a ray that leaves its face at a sixth of a degree is still on it, farther than any offset.
+TEST(RayCasting, ARayThatGrazesItsOwnFaceLeavesIt) {
+    const glm::dvec3 right = glm::normalize(glm::dvec3(0.9, 0.3, -0.2)),
+                     up = glm::normalize(glm::cross(glm::dvec3(0.1, 0.2, 1), right)), normal = glm::cross(right, up);
+    TriangleMesh pane;
+    for (const glm::dvec2& corner : {glm::dvec2(-1, -1), glm::dvec2(1, -1), glm::dvec2(1, 1), glm::dvec2(-1, 1)})
+        pane.positions.push_back(corner.x * right + corner.y * up);
+    pane.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const RayCaster caster(sceneOf({meshOf(pane)}));
+    int met = 0, missed = 0;
+    for (int k = 0; k < 4000; ++k) {
+        const double x = std::fmod(0.754877 * k, 1.0) - 0.5, y = std::fmod(0.569840 * k, 1.0) - 0.5, turn = 0.37 * k;
+        const glm::dvec3 point = x * right + y * up;
+        const glm::dvec3 way =
+            glm::normalize(std::cos(turn) * right + std::sin(turn) * up + (k % 2 ? 0.0028 : -0.0028) * normal);
+        met += caster.firstHit(point, way) ? 1 : 0;
+        missed += std::fabs(caster.firstHit(point - 0.3 * way, way).distance - 0.3) < 1e-9 ? 0 : 1;
+    }
+    EXPECT_EQ(met, 0);
+    EXPECT_EQ(missed, 0);
+}
+
 TEST(RayCasting, ThreadsShareACaster) {
     const TriangleMesh mesh = bumpySphere(32, {}, 1);
     const RayCaster caster(sceneOf({meshOf(mesh)}));
