@@ -9,6 +9,7 @@
 #include "bake/cli/json.h"
 #include "bake/file/index_volume_file.h"
 #include "bake/file/output_set.h"
+#include "bake/graded/enclosed_bodies.h"
 #include "bake/graded/object_samples.h"
 #include "bake/image/atomic_file.h"
 #include "bake/report/error.h"
@@ -65,7 +66,7 @@ int exportIndex(const ExportArguments& arguments, Terminal& terminal) {
             ErrorCode::Input,
             "no [[medium]] of it has an 'index'; an .ivol holds media whose index varies, for eye rays that bend",
             path);
-    const auto& objects = scene.index->objects();
+    const std::vector<GradedObject> objects = bodiesOf(scene);
     const ObjectSampling sampling{arguments.voxel_size.value_or(scene.domain.voxel_size),
                                   {scene.domain.min, scene.domain.max}};
     std::vector<IndexVolumeObject> written;

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <optional>
 
 #include "bake/graded/voxel_mean.h"
 #include "bake/report/error.h"
@@ -18,6 +19,8 @@ namespace photic {
 namespace {
 
 constexpr int kMargin = 4;  // nodes around the object: what a spline reaches, and faces
+/// (n^2 - 1) / 2 that no index has: n^2 = 1e-5. Readers refuse coefficients of -0.5.
+constexpr double kLeastExcess = -0.499995;
 
 std::size_t flat(const glm::ivec3& count, const glm::ivec3& p) {
     return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(count.y) + static_cast<std::size_t>(p.y)) *
@@ -80,15 +83,15 @@ private:
             whole_ = fillsBox(first_, *first_.bounds());
             low_ = glm::dvec3(kMargin - 0.5), high_ = glm::dvec3(samples->size + kMargin) - 0.5;
         } else {
-            const WorldBox box = first_.bounds().value_or(sampling_.domain);
-            whole_ = !first_.bounds() || fillsBox(first_, box);
-            const glm::dvec3 size = (box.max - box.min) / sampling_.voxel_size;
+            box_ = first_.bounds().value_or(sampling_.domain);
+            whole_ = fillsBox(first_, *box_);
+            const glm::dvec3 size = (box_->max - box_->min) / sampling_.voxel_size;
             const glm::dvec3 nodes = glm::ceil(size) + 1.0 + 2.0 * kMargin;
             requireFew(nodes);
             out_.world_from_node = glm::dmat3(sampling_.voxel_size);
             out_.count = glm::ivec3(nodes);
             low_ = 0.5 * (glm::dvec3(out_.count - 1) - size), high_ = low_ + size;
-            out_.origin_world = box.min - sampling_.voxel_size * low_;
+            out_.origin_world = box_->min - sampling_.voxel_size * low_;
         }
         requireFew(glm::dvec3(out_.count));
     }
@@ -105,11 +108,25 @@ private:
             object_.where);
     }
 
+    /// What fills the world ends with the domain.
+    bool contains(const GradedIndex& index, const glm::dvec3& world) const {
+        return index.contains(world) && (whole_ || !box_ || box_->contains(world));
+    }
+
     /// (n^2 - 1) / 2 of the object at a place where no earlier one is.
     double excessAt(const GradedIndex& index, const glm::dvec3& world) const {
         for (std::size_t i = 0; i < number_; ++i)
             if (objects_[i].index.front()->contains(world)) return 0;
+        if (!whole_ && box_ && !box_->contains(world)) return 0;
         return index.halfSquareAt(world) - 0.5;
+    }
+
+    /// n^2 / 2 some way beyond a side, where it is `rim`, as a straight line would have it; where that would come near
+    /// 0, an exponential takes over from it without a kink, and comes to a tenth: no n^2 is negative.
+    static double goneOn(double rim, double straight) {
+        constexpr double kFrom = 0.5, kLeast = 0.1, kFall = kFrom - kLeast;
+        const double share = straight / rim;
+        return share >= kFrom ? straight : rim * (kLeast + kFall * std::exp((share - kFrom) / kFall));
     }
 
     /// The same of a node. Beyond sides where the index may jump it goes on in a straight line, as the spline inside
@@ -121,14 +138,15 @@ private:
             const glm::dvec3 rim = glm::clamp(at, low_ + kInside, high_ - kInside);
             if (rim != at) {
                 const glm::dvec3 mirrored = glm::clamp(2.0 * rim - at, low_ + kInside, high_ - kInside);
-                return 2 * excessAt(index, place(rim)) - excessAt(index, place(mirrored));
+                const double there = 0.5 + excessAt(index, place(rim));
+                return goneOn(there, 2 * there - (0.5 + excessAt(index, place(mirrored)))) - 0.5;
             }
             return excessAt(index, place(at));
         }
         if (first_.samples()) return excessAt(index, place(at));
         // Eye rays see which way a face looks: steps of 1 in 4^3 are terraces on it.
         return meanAcrossRims<8>(
-            place(at), out_.world_from_node, [&](const glm::dvec3& world) { return index.contains(world); },
+            place(at), out_.world_from_node, [&](const glm::dvec3& world) { return contains(index, world); },
             [&](const glm::dvec3& world) { return excessAt(index, world); });
     }
 
@@ -141,6 +159,23 @@ private:
         for (const double e : excess) volume.index.push_back(static_cast<float>(1 + e));
         smooth(volume, kSigma);
         for (std::size_t i = 0; i < excess.size(); ++i) excess[i] = double(volume.index[i]) - 1;
+    }
+
+    /// @throws Error{Input} where n^2 is 0 or less
+    void requirePositive(const std::vector<double>& excess) const {
+        const auto least = std::min_element(excess.begin(), excess.end());
+        if (*least > kLeastExcess) return;
+        const auto node = static_cast<std::size_t>(least - excess.begin());
+        const auto x = static_cast<std::size_t>(out_.count.x), y = static_cast<std::size_t>(out_.count.y);
+        const glm::dvec3 found(static_cast<double>(node % x), static_cast<double>(node / x % y),
+                               static_cast<double>(node / (x * y)));
+        const glm::dvec3 at = place(glm::clamp(found, low_, high_));
+        throw Error(
+            ErrorCode::Input,
+            fmt::format("the square of the index of '{}' falls to {:.4g} at ({:.4g}, {:.4g}, {:.4g}) m; it must "
+                        "be above 0: end the medium before that, by 'min' and 'max', 'radius' or a surface",
+                        object_.name, 1 + 2 * excessAt(first_, at), at.x, at.y, at.z),
+            object_.where);
     }
 
     void addSpline(const GradedIndex& index) {
@@ -160,12 +195,16 @@ private:
                 [&](const glm::dvec3& p) { return 0.5 + scale * excess[flat(out_.count, glm::ivec3(glm::round(p)))]; },
                 fit);
         };
+        requirePositive(excess);
         const bool first = out_.spline.empty();
         if (first && whole_) out_.fit = SplineFit::Through;
         if (first && !whole_) out_.fit = fitted(SplineFit::Auto).fit();
         spreads_ = out_.fit == SplineFit::Plain && !first_.samples();
         if (spreads_) spread(excess);
-        const SplineIndex spline = fitted(out_.fit);
+        SplineIndex spline = fitted(out_.fit);
+        // Where samples fall steeply towards 0 the spline through them may go below it; one near them never does.
+        const float least = *std::min_element(spline.coefficients(), spline.coefficients() + excess.size());
+        if ((double(least) - 0.5) / scale <= kLeastExcess) spline = fitted(SplineFit::Plain);
         if (first) samples_ = std::move(excess);
         // What is less than single precision around 1/2 is nothing.
         constexpr float kNothing = 1.2e-7f;
@@ -209,7 +248,7 @@ private:
     bool isThere(const glm::dvec3& world) const {
         for (std::size_t i = 0; i < number_; ++i)
             if (objects_[i].index.front()->contains(world)) return false;
-        return first_.contains(world);
+        return contains(first_, world);
     }
 
     /// n at a place between nodes, as the samples have it.
@@ -347,6 +386,7 @@ private:
     ObjectSamples out_;
     std::vector<double> samples_;  // (n^2 - 1) / 2 of the first index
     glm::dvec3 low_{0}, high_{0};  // of the object, in nodes
+    std::optional<WorldBox> box_;  // of the object, or the domain; nothing for samples
     bool whole_ = false;           // it fills its box
     bool spreads_ = false;         // its faces are made wider than a step
 };
