@@ -74,16 +74,17 @@ TriangleMesh readBody(const std::string& path, const Placement& placement, const
     return mesh;
 }
 
+bool isNumber(const ConfigValue& value) {
+    return value.kind == ConfigValue::Kind::Integer || value.kind == ConfigValue::Kind::Number;
+}
+
 std::vector<glm::dvec2> profileOf(const TableReader& table) {
     const ConfigValue& value = *table.find("profile");
     std::vector<glm::dvec2> profile;
-    const auto number = [](const ConfigValue& v) {
-        return v.kind == ConfigValue::Kind::Integer || v.kind == ConfigValue::Kind::Number;
-    };
     if (value.kind == ConfigValue::Kind::Array)
         for (const ConfigValue& point : value.items) {
-            if (point.kind != ConfigValue::Kind::Array || point.items.size() != 2 || !number(point.items[0]) ||
-                !number(point.items[1]))
+            if (point.kind != ConfigValue::Kind::Array || point.items.size() != 2 || !isNumber(point.items[0]) ||
+                !isNumber(point.items[1]))
                 table.fail("profile", "'profile' is an array of [radius, height] in metres, or a file's name");
             profile.emplace_back(point.items[0].number, point.items[1].number);
         }
@@ -91,9 +92,44 @@ std::vector<glm::dvec2> profileOf(const TableReader& table) {
     return profile;
 }
 
+/// `painted` and `noise`: how the absorption varies.
+AbsorptionPattern loadPattern(const TableReader& table) {
+    AbsorptionPattern pattern;
+    if (const ConfigValue* painted = table.find("painted")) {
+        const auto fail = [&] {
+            table.fail("painted",
+                       "'painted' is an array of [height, r, g, b], metres and 1/m, 0 or more, the lowest "
+                       "height first, such as [[0, 0, 0, 0], [0.1, 6, 55, 50]]");
+        };
+        if (painted->kind != ConfigValue::Kind::Array || painted->items.empty()) fail();
+        for (const ConfigValue& layer : painted->items) {
+            if (layer.kind != ConfigValue::Kind::Array || layer.items.size() != 4 ||
+                !std::all_of(layer.items.begin(), layer.items.end(), isNumber))
+                fail();
+            const double height = layer.items[0].number;
+            glm::dvec3 absorption;
+            for (int c = 0; c < 3; ++c) absorption[c] = layer.items[static_cast<std::size_t>(c) + 1].number;
+            if (!(std::min({absorption.x, absorption.y, absorption.z}) >= 0) ||
+                (!pattern.painted.empty() && !(height > pattern.painted.back().first)))
+                fail();
+            pattern.painted.emplace_back(height, absorption);
+        }
+    }
+    if (const ConfigValue* value = table.find("noise")) {
+        const TableReader noise(*value, "noise", {"amount", "size", "octaves", "seed"});
+        const auto size = noise.number("size", positive("m"));
+        if (!size) noise.missing("size", "0.01");
+        pattern.noise_size = *size;
+        pattern.noise = noise.number("amount", between(0, 1)).value_or(0.5);
+        pattern.octaves = static_cast<int>(noise.integer("octaves", 1, 8).value_or(3));
+        pattern.seed = static_cast<std::uint32_t>(noise.integer("seed", 0, 1000000).value_or(1));
+    }
+    return pattern;
+}
+
 Solid loadSolid(const ConfigValue& value, std::size_t number, const std::string& directory, SolidsFile& out,
                 Monitor& monitor) {
-    std::vector<std::string> known{"name", "file", "profile", "ior", "absorption", "albedo"};
+    std::vector<std::string> known{"name", "file", "profile", "ior", "absorption", "painted", "noise", "albedo"};
     known.insert(known.end(), placementKeys().begin(), placementKeys().end());
     const TableReader table(value, "[[solid]]", known);
     table.exclusive({"file", "profile"});
@@ -106,6 +142,7 @@ Solid loadSolid(const ConfigValue& value, std::size_t number, const std::string&
     solid.absorption = table.colour("absorption", notNegative("1/m")).value_or(glm::dvec3(0));
     solid.albedo = table.colour("albedo", between(0, 1)).value_or(glm::dvec3(0));
     const Placement placement = loadPlacement(table);
+    solid.pattern = loadPattern(table), solid.placement = placement;
     if (const auto file = table.text("file")) {
         out.files.push_back((fs::path(directory) / *file).string());
         solid.mesh = readBody(out.files.back(), placement, table.where("file"), monitor);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <numbers>
 #include <utility>
 
@@ -140,6 +141,11 @@ std::vector<double> gaussian(double sigma) {
 
 }  // namespace
 
+glm::dvec3 Solid::absorptionAt(const glm::dvec3& world) const {
+    if (!pattern.varies()) return absorption;
+    return pattern.at(glm::transpose(placement.rotation) * (world - placement.position) / placement.scale, absorption);
+}
+
 TriangleMesh revolve(std::vector<glm::dvec2> profile) {
     if (profile.front().x > 0) profile.insert(profile.begin(), {0, profile.front().y});
     if (profile.back().x > 0) profile.emplace_back(0, profile.back().y);
@@ -186,11 +192,12 @@ SolidVolume voxelise(const std::vector<Solid>& solids, double voxel_size, int ma
     volume.min = glm::ivec3(glm::floor(low / voxel_size)) - margin, volume.size = glm::ivec3(count);
     const std::size_t voxels = volume.flat(0, 0, volume.size.z);
     volume.index.assign(voxels, 1.0f), volume.inside.assign(voxels, 0);
-    if (std::any_of(solids.begin(), solids.end(), [](const Solid& s) { return s.absorption != glm::dvec3(0); }))
+    if (std::any_of(solids.begin(), solids.end(), [](const Solid& s) { return s.absorbs(); }))
         volume.absorption.assign(3 * voxels, 0.0f);
     if (std::any_of(solids.begin(), solids.end(), [](const Solid& s) { return s.albedo != glm::dvec3(0); }))
         volume.albedo.assign(3 * voxels, 0.0f);
     std::vector<float> part(voxels);
+    const auto columns = static_cast<std::size_t>(volume.size.x), rows = static_cast<std::size_t>(volume.size.y);
     for (std::size_t s = 0; s < solids.size(); ++s) {
         const Solid& solid = solids[s];
         monitor.progress("voxelise", static_cast<double>(s) / static_cast<double>(solids.size()));
@@ -201,10 +208,14 @@ SolidVolume voxelise(const std::vector<Solid>& solids, double voxel_size, int ma
             if (part[i] <= 0) continue;
             const float share = std::min(part[i], 1.0f);
             volume.inside[i] = 1;
+            const glm::ivec3 voxel =
+                volume.min + glm::ivec3(static_cast<int>(i % columns), static_cast<int>(i / columns % rows),
+                                        static_cast<int>(i / (columns * rows)));
+            const glm::dvec3 absorption = solid.absorptionAt((glm::dvec3(voxel) + 0.5) * voxel_size);
             volume.index[i] += share * (static_cast<float>(solid.ior) - volume.index[i]);
             for (std::size_t c = 0; c < 3 && !volume.absorption.empty(); ++c) {
-                float& absorption = volume.absorption[3 * i + c];
-                absorption += share * (static_cast<float>(solid.absorption[static_cast<int>(c)]) - absorption);
+                float& there = volume.absorption[3 * i + c];
+                there += share * (static_cast<float>(absorption[static_cast<int>(c)]) - there);
             }
             // Paint is not thinner where a face cuts a voxel.
             for (std::size_t c = 0; c < 3 && !volume.albedo.empty(); ++c) {

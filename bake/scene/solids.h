@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "bake/report/monitor.h"
+#include "bake/scene/absorption_pattern.h"
+#include "bake/scene/placement.h"
 #include "bake/scene/triangle_mesh.h"
 
 namespace photic {
@@ -17,8 +19,13 @@ struct Solid {
     std::string where;  ///< for messages
     TriangleMesh mesh;  ///< closed, in the world
     double ior = 1.5;
-    glm::dvec3 absorption{0};  ///< per channel [1/m]
-    glm::dvec3 albedo{0};      ///< of its faces, for eye rays
+    glm::dvec3 absorption{0};     ///< per channel [1/m]
+    glm::dvec3 albedo{0};         ///< of its faces, for eye rays
+    AbsorptionPattern pattern{};  ///< of its absorption, in its own axes
+    Placement placement{};        ///< of those axes; the mesh is placed already
+    bool absorbs() const { return absorption != glm::dvec3(0) || !pattern.painted.empty(); }
+    /// [1/m], at a place in the world.
+    glm::dvec3 absorptionAt(const glm::dvec3& world) const;
 };
 
 /// A closed mesh from a profile that turns about the z axis.

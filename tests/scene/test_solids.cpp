@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "bake/report/error.h"
@@ -75,6 +79,71 @@ TEST(Solids, PaintIsThatOfTheBodyThatFillsTheVoxel) {
     EXPECT_EQ(blue({0.001, 0.001, 0.001}), 0.8f);
     EXPECT_EQ(blue({0.001, 0.001, 0.103}), 0.8f) << "a third of the voxel is enough";
     EXPECT_EQ(blue({0.001, 0.001, 0.15}), 0.0f);
+}
+
+TEST(Solids, AbsorptionIsPaintedAlongTheHeight) {
+    Monitor monitor;
+    Solid body = solid(boxMesh({-0.1, -0.1, 0}, {0.1, 0.1, 0.4}), 1.5);
+    body.pattern.painted = {{0.1, {2, 4, 8}}, {0.3, {0, 0, 16}}};
+    // It stands upside down, twice as high, a metre above the ground: the body's own heights are painted.
+    body.placement.position = {0, 0, 1}, body.placement.scale = {1, 1, 2};
+    body.placement.rotation = glm::dmat3({1, 0, 0}, {0, -1, 0}, {0, 0, -1});
+    place(body.mesh, body.placement);
+    EXPECT_EQ(body.absorptionAt({0, 0, 0.95}), glm::dvec3(2, 4, 8)) << "below the lowest height as there";
+    EXPECT_LT(glm::distance(body.absorptionAt({0, 0, 0.6}), {1, 2, 12}), 1e-12);
+    EXPECT_EQ(body.absorptionAt({0, 0, 0.2}), glm::dvec3(0, 0, 16));
+    const SolidVolume volume = voxelise({body}, 0.02, 1, monitor);
+    const glm::ivec3 p = glm::ivec3(glm::floor(glm::dvec3(0.01, 0.01, 0.59) / 0.02)) - volume.min;
+    ASSERT_EQ(volume.absorption.size(), 3 * volume.index.size());
+    EXPECT_NEAR(double(volume.absorption[3 * volume.flat(p.x, p.y, p.z) + 2]), body.absorptionAt({0, 0, 0.59}).z, 1e-5);
+}
+
+TEST(Solids, NoiseMakesAbsorptionMoreAndLess) {
+    Solid body = solid(sphereMesh(glm::dvec3(0), 0.1, 16), 1.5, {10, 20, 0});
+    body.pattern.noise = 0.6, body.pattern.noise_size = 0.05;
+    double least = 1e300, most = 0, sum = 0;
+    glm::dvec3 before(0);
+    double jump = 0;
+    constexpr int kPlaces = 20000;
+    for (int i = 0; i < kPlaces; ++i) {
+        const glm::dvec3 a = body.absorptionAt(glm::dvec3(0.0005 * i, 0.31, -0.17));
+        EXPECT_NEAR(a.y, 2 * a.x, 1e-12);
+        EXPECT_EQ(a.z, 0);
+        least = std::min(least, a.x), most = std::max(most, a.x), sum += a.x;
+        if (i > 0) jump = std::max(jump, std::fabs(a.x - before.x));
+        before = a;
+    }
+    EXPECT_GE(least, 4);
+    EXPECT_LE(most, 16);
+    EXPECT_LT(least, 8);
+    EXPECT_GT(most, 12);
+    EXPECT_NEAR(sum / kPlaces, 10, 0.5);
+    EXPECT_LT(jump, 1) << "it is smooth";
+    const glm::dvec3 here = body.absorptionAt({0.01, 0.02, 0.03});
+    body.pattern.seed = 2;
+    EXPECT_NE(body.absorptionAt({0.01, 0.02, 0.03}), here);
+}
+
+TEST(Solids, ATableSaysHowAbsorptionVaries) {
+    Monitor monitor;
+    const std::string
+        path = testing::TempDir() + "/photic_painted_bodies.toml",
+        body = "voxel_size = 0.01\n[[solid]]\nprofile = [[0, 0], [0.1, 0], [0.1, 0.2], [0, 0.2]]\nior = 1.4\n";
+    const auto load = [&](const std::string& more) {
+        std::ofstream(path) << body << more;
+        return loadSolids(path, 1.5, glm::dvec3(0), monitor);
+    };
+    const SolidsFile file = load("painted = [[0, 0, 0, 0], [0.1, 6, 55, 50]]\nnoise = { amount = 0.3, size = 0.02 }\n");
+    ASSERT_EQ(file.solids.size(), 1U);
+    EXPECT_TRUE(file.solids[0].absorbs());
+    EXPECT_EQ(file.solids[0].pattern.painted[1].second, glm::dvec3(6, 55, 50));
+    EXPECT_EQ(file.solids[0].pattern.noise, 0.3);
+    for (const char* wrong :
+         {"painted = 3\n", "painted = []\n", "painted = [[0, 1, 2]]\n", "painted = [[0, 1, 2, -3]]\n",
+          "painted = [[0.1, 1, 1, 1], [0.1, 2, 2, 2]]\n", "noise = { amount = 0.5 }\n",
+          "noise = { amount = 2, size = 0.1 }\n", "noise = { size = 0 }\n"})
+        EXPECT_THROW(load(wrong), Error) << wrong;
+    std::filesystem::remove(path);
 }
 
 TEST(Solids, ProfilesTurnAboutTheAxis) {
