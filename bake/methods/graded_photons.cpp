@@ -6,10 +6,12 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "bake/graded/ray_integrator.h"
 #include "bake/methods/front_obstacles.h"
+#include "bake/optics/tangent_frame.h"
 #include "bake/paths/optical_scene.h"
 
 namespace photic {
@@ -90,10 +92,11 @@ struct GradedPhotons::Photon {
 class GradedPhotons::Paths final : public PhotonPaths {
 public:
     Paths(const GradedPhotons& photons, const Light& light) : photons_(photons), light_(light) {
-        const std::size_t first = photons.medium_.partOf(photons.medium_.startInside());
+        const LightSample centre = light_.sample(0.5, 0.5);
         spaces_.reserve(photons.passes_.size());
         for (const auto& pass : photons.passes_) {
-            FrontLaunch launch = photons.medium_.launch(1, pass->channel, nullptr);
+            FrontLaunch launch = photons.medium_.launch(centre.source, 1, pass->channel, nullptr);
+            const std::size_t first = photons.medium_.partOf(launch.inside);
             spaces_.push_back(pass->spaces[first].space);  // the pass's own samples
             launches_.push_back({launch.frame, spaces_.back(), launch.target, launch.spacing, launch.lit,
                                  launch.in_medium, nullptr, launch.inside, launch.across, launch.straight});
@@ -103,7 +106,7 @@ public:
         for (int i = 0; i < kTries; ++i) {
             const std::array<double, 4> x = points.at(static_cast<std::uint64_t>(i));
             const LightSample sample = light_.sample(x[2], x[3]);
-            refuseLampWithin(LaunchPlane(launches_.front(), sample), light);
+            requireWay(launches_.front(), sample, light);
             for (std::size_t p = 0; p < launches_.size(); ++p)
                 estimated_power_ += channelMean(start(p, sample, x).power) / kTries;
         }
@@ -130,6 +133,7 @@ private:
     /// Even over the part of the plane that a front would start from.
     Photon start(std::size_t pass, const LightSample& sample, const std::array<double, 4>& x) const {
         const FrontLaunch& launch = launches_[pass];
+        if (standsAmong(launch, sample)) return startInLamp(pass, sample, x);
         const LaunchPlane plane(launch, sample);
         const FrontBox entry = entryOf(launch, sample);
         const int u = (plane.axis() + 1) % 3, v = (plane.axis() + 2) % 3;
@@ -141,6 +145,29 @@ private:
         photon.ray = {photons_.frame_.worldFromIndex(ray.voxel), ray.momentum, 0};
         photon.power = plane.irradianceAt(uv) * area * photons_.passes_[pass]->channels;
         photon.lit = ray.lit;
+        photon.inside = launch.inside, photon.start = photon.ray.position;
+        photon.least = launch.space.limits.threshold * channelMean(photon.power);
+        return photon;
+    }
+
+    /// Even over the directions that a lamp shines in.
+    Photon startInLamp(std::size_t pass, const LightSample& sample, const std::array<double, 4>& x) const {
+        const FrontLaunch& launch = launches_[pass];
+        const Light& light = *sample.light;
+        const double widest = light.type == LightType::Spot        ? 0.5 * light.cone_angle_deg * std::numbers::pi / 180
+                              : light.type == LightType::Rectangle ? 0.5 * std::numbers::pi
+                                                                   : std::numbers::pi;
+        const double solid_angle = 2 * std::numbers::pi * (1 - std::cos(widest)),
+                     cosine = 1 - x[0] * (1 - std::cos(widest)), sine = std::sqrt(std::max(0.0, 1 - cosine * cosine)),
+                     turn = 2 * std::numbers::pi * x[1];
+        const TangentFrame frame(sample.direction);
+        const glm::dvec3 direction =
+            cosine * sample.direction + sine * (std::cos(turn) * frame.across + std::sin(turn) * frame.up);
+        Photon photon;
+        photon.ray = {*sample.source, std::sqrt(2 * launch.space.halfSquareAt(*sample.source)) * direction, 0};
+        photon.power =
+            LaunchPlane(launch, sample).strengthTowards(direction) * solid_angle * photons_.passes_[pass]->channels;
+        photon.lit = launch.lit || launch.in_medium(*sample.source);
         photon.inside = launch.inside, photon.start = photon.ray.position;
         photon.least = launch.space.limits.threshold * channelMean(photon.power);
         return photon;

@@ -4,114 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <map>
 
-#include "bake/graded/voxel_mean.h"
-#include "bake/paths/height_field_hit.h"
+#include "bake/graded/enclosed_bodies.h"
 #include "bake/paths/launch_domain.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
-namespace {
-
-/// What attenuates at a node [1/m], per channel.
-struct Attenuation {
-    glm::vec3 absorption{0}, scattering{0};
-};
-
-/// Numbers what attenuates, by node, so that 255 numbers do: equal ones have one, and where there are more, those that
-/// are within a share of each other have their mean.
-/// @param table, absorption  of each number; the first, 0, attenuates nothing
-std::vector<std::uint8_t> paletteOf(const std::vector<Attenuation>& nodes, FrontMedia& table,
-                                    std::vector<glm::dvec3>& absorption) {
-    using Key = std::array<float, 6>;
-    struct Entry {
-        std::uint8_t number = 0;
-        double nodes = 0;
-        glm::dvec3 absorption{0}, scattering{0};
-    };
-    std::vector<std::uint8_t> numbers(nodes.size());
-    // Steps a factor of two; 0: as they are.
-    for (const float steps : {0.0f, 64.0f, 32.0f, 16.0f, 8.0f, 4.0f, 2.0f, 1.0f, 0.5f}) {
-        std::map<Key, Entry> entries;
-        const auto keyOf = [steps](float v) { return steps > 0 && v > 0 ? std::round(steps * std::log2(v)) : v; };
-        const Key* last_key = nullptr;
-        Entry* last = nullptr;
-        for (std::size_t i = 0; i < nodes.size() && entries.size() < 256; ++i) {
-            const glm::vec3 &a = nodes[i].absorption, &s = nodes[i].scattering;
-            numbers[i] = 0;
-            if (a == glm::vec3(0) && s == glm::vec3(0)) continue;
-            const Key key{keyOf(a.x), keyOf(a.y), keyOf(a.z), keyOf(s.x), keyOf(s.y), keyOf(s.z)};
-            if (!last || key != *last_key) {
-                const auto [at, fresh] = entries.try_emplace(key);
-                if (fresh) at->second.number = static_cast<std::uint8_t>(entries.size());
-                last_key = &at->first, last = &at->second;
-            }
-            numbers[i] = last->number;
-            ++last->nodes, last->absorption += glm::dvec3(a), last->scattering += glm::dvec3(s);
-        }
-        if (entries.size() > 255) continue;
-        absorption.assign(entries.size() + 1, glm::dvec3(0));
-        for (const auto& [key, entry] : entries) {
-            absorption[entry.number] = entry.absorption / entry.nodes;
-            for (int k = 0; k < 3; ++k)
-                table.extinction[entry.number][k] =
-                    static_cast<float>((entry.absorption[k] + entry.scattering[k]) / entry.nodes);
-        }
-        return numbers;
-    }
-    throw Error(ErrorCode::Input,
-                "the media's absorption varies so much that 255 values do not stand for it; use fewer colours of it");
-}
-
-}  // namespace
-
-GradedMedia::GradedMedia(const Scene& scene)
-    : GradedMedia([&] {
-          std::vector<GradedObject> in_air = scene.index->objects();
-          std::erase_if(in_air, [](const GradedObject& object) { return object.enclosed; });
-          return in_air;
-      }()) {}
-
-bool GradedMedia::disperses() const {
-    return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.index.size() > 1; });
-}
-
-bool GradedMedia::fillTheWorld() const {
-    return std::any_of(objects.begin(), objects.end(), [](const auto& object) {
-        return std::any_of(object.index.begin(), object.index.end(), [](const auto& i) { return !i->bounds(); });
-    });
-}
-
-bool GradedMedia::attenuate() const {
-    return std::any_of(objects.begin(), objects.end(), [](const auto& o) { return o.attenuates(); });
-}
-
-int GradedMedia::at(const glm::dvec3& world, int channel) const {
-    for (std::size_t i = 0; i < objects.size(); ++i)
-        if (indexOf(objects[i], channel).contains(world)) return static_cast<int>(i);
-    return -1;
-}
-
-double GradedMedia::halfSquare(const glm::dvec3& world, int channel) const {
-    const int object = at(world, channel);
-    return object < 0 ? 0.5 : indexOf(objects[static_cast<std::size_t>(object)], channel).halfSquareAt(world);
-}
-
-double GradedMedia::halfSquareOfVoxel(const glm::dvec3& middle, const glm::dvec3& voxel, int channel) const {
-    if (!rims) return indexOf(objects.front(), channel).halfSquareAt(middle);
-    glm::dmat3 axes(1);
-    for (int a = 0; a < 3; ++a) axes[a] *= voxel[a];
-    return meanAcrossRims(
-        middle, axes, [&](const glm::dvec3& world) { return at(world, channel); },
-        [&](const glm::dvec3& world) { return halfSquare(world, channel); });
-}
 
 double distanceInto(const WorldBox& box, const glm::dvec3& from, const glm::dvec3& direction) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
@@ -153,13 +56,6 @@ std::string gradedSpaceRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.domain.shear_mode != ShearMode::None)
         return "a sheared grid is not built yet for media whose index varies; remove [domain] shear";
-    for (const Light& light : scene.lights)
-        for (const Surface& surface : scene.surfaces)
-            if (standsBelow(light, surface))
-                return fmt::format(
-                    "the light '{}' stands below '{}', which is not built yet beside media whose index "
-                    "varies; stand it above",
-                    light.name, surface.name);
     return {};
 }
 
@@ -173,11 +69,13 @@ GradedSpace::GradedSpace(const Scene& scene, const GridFrame& frame, const Sampl
     if (!scene.surfaces.empty()) addSurfaces(scene);
     const bool fills = media().fillTheWorld() || partOf(start_) != 0;
     if (all_light_ || fills) target_.add(glm::dvec3(frame.min) - 0.5), target_.add(glm::dvec3(frame.max) + 0.5);
+    addLampsNear(scene);
     box_ = frontSpace(target_, frame);
     if (fills) widen(scene, sampling.disc_samples);
     for (Part& part : parts_) {
         FrontSpace& space = part.space;
-        space.low = box_.low, space.high = box_.high, space.steps = sampling.steps;
+        space.low = box_.low, space.high = box_.high, space.steps = sampling.steps,
+        space.integrator = sampling.integrator;
         if (optics_) space.beyond = this;
         space.limits.events = scene.bake.bounces.value_or(kDefaultBounces);
         space.limits.threshold = scene.bake.threshold.value_or(kDefaultThreshold);
@@ -295,21 +193,31 @@ OpticalScene::Event GradedSpace::eventOn(int surface, const MediumStack& inside,
     });
 }
 
-bool GradedSpace::startsGraded(const glm::dvec3& world, int channel) const {
-    const std::size_t part = partOf(start_);
+bool GradedSpace::startsGraded(const MediumStack& inside, const glm::dvec3& world, int channel) const {
+    const std::size_t part = partOf(inside);
     return part == 0 ? media().at(world, channel) >= 0 : parts_[part].enclosed;
 }
 
-FrontLaunch GradedSpace::launch(double spacing, int channel, const RayCaster* caster) const {
-    const FrontSpace& space = spaceOf(start_);
-    FrontLaunch launch{frame_,     space,
-                       target_,    spacing,
-                       all_light_, [this, channel](const glm::dvec3& world) { return startsGraded(world, channel); },
-                       caster};
-    launch.inside = start_;
-    if (over_water_) launch.across = 2;
-    launch.straight = partOf(start_) == 0 && media().objects.empty();
-    return launch;
+FrontLaunch GradedSpace::launch(const std::optional<glm::dvec3>& lamp, double spacing, int channel,
+                                const RayCaster* caster) const {
+    const auto launchInside = [&](const MediumStack& inside) {
+        FrontLaunch launch{frame_,
+                           spaceOf(inside),
+                           target_,
+                           spacing,
+                           all_light_,
+                           [this, inside, channel](const glm::dvec3& world) {
+                               return startsGraded(inside, world, channel); },
+                           caster};
+        launch.inside = inside;
+        if (over_water_) launch.across = 2;
+        launch.straight = partOf(start_) == 0 && media().objects.empty();
+        return launch;
+    };
+    const FrontLaunch launch = launchInside(start_);
+    LightSample at_lamp;
+    at_lamp.source = lamp;
+    return optics_ && standsAmong(launch, at_lamp) ? launchInside(insideAt(*lamp)) : launch;
 }
 
 void GradedSpace::standIn(const FrontObstacles& obstacles) {
@@ -326,6 +234,7 @@ void GradedSpace::widen(const Scene& scene, int disc_samples) {
     if (over_water_) launch.across = 2;
     for (const Light& light : scene.lights)
         for (const LightSample& sample : lightSamples(light, disc_samples)) {
+            if (standsAmong(launch, sample)) continue;
             const FrontBox entry = entryOf(launch, sample);
             entries.add(entry.min), entries.add(entry.max);
         }
@@ -343,22 +252,16 @@ void GradedSpace::widen(const Scene& scene, int disc_samples) {
 /// goes on beyond them, and beyond what is known of it as it is at its rim.
 double GradedSpace::halfSquareAt(const Part& part, const glm::dvec3& world, const glm::dvec3& voxel,
                                  int channel) const {
-    glm::dvec3 place = world;
     if (part.enclosed) {
-        const GradedIndex& index = part.media.indexOf(part.media.objects.front(), channel);
-        if (const auto bounds = index.bounds()) {
-            const glm::dvec3 rim = glm::min(1e-6 * (bounds->max - bounds->min), voxel);
-            place = glm::clamp(place, bounds->min + rim, bounds->max - rim);
-        }
-        const double value = index.halfSquareAt(place);
+        const double value = halfSquareEnclosed(part.media.indexOf(part.media.objects.front(), channel), world);
         if (value > 0) return value;
     } else {
-        const double value = part.media.halfSquareOfVoxel(place, voxel, channel);
+        const double value = part.media.halfSquareOfVoxel(world, voxel, channel);
         if (value > 0 || !part.media.fillTheWorld()) return value;
     }
     const FrontSpace& known = known_.high != known_.low ? known_ : box_;  // known_: where it was widened
     const glm::dvec3 inside =
-        glm::clamp(frame_.indexFromWorld(place), glm::dvec3(known.low - kMargin), glm::dvec3(known.high + kMargin));
+        glm::clamp(frame_.indexFromWorld(world), glm::dvec3(known.low - kMargin), glm::dvec3(known.high + kMargin));
     return part.media.halfSquareOfVoxel(frame_.worldFromIndex(inside), voxel, channel);
 }
 
@@ -411,38 +314,6 @@ void GradedSpace::sample(Part& part, int channel, Monitor& monitor) {
                                                             : index.fit() == SplineFit::Plain ? 0.25
                                                                                               : 0.01) *
                                                            contrast);
-}
-
-void GradedSpace::layMedia(Part& part, int channel) const {
-    FrontSpace& space = part.space;
-    const GradedMedia& media = part.media;
-    space.media.clear();
-    if (!media.attenuate()) return;
-    const glm::ivec3 count = part.index->nodes().count;
-    std::vector<Attenuation> of_node(static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
-                                     static_cast<std::size_t>(count.z));
-    parallelFor(count.z, [&](std::int64_t z) {
-        std::size_t node =
-            static_cast<std::size_t>(z) * static_cast<std::size_t>(count.y) * static_cast<std::size_t>(count.x);
-        for (int y = 0; y < count.y; ++y)
-            for (int x = 0; x < count.x; ++x, ++node) {
-                const glm::ivec3 voxel = space.first_node + glm::ivec3(x, y, static_cast<int>(z));
-                const glm::dvec3 world = frame_.worldFromIndex(glm::dvec3(voxel));
-                const int place = part.enclosed ? 0 : media.at(world, channel);
-                if (place < 0) continue;
-                const GradedObject& object = media.objects[static_cast<std::size_t>(place)];
-                of_node[node].absorption =
-                    glm::vec3(object.absorption_volume ? object.absorption_volume->at(world) : object.absorption);
-                of_node[node].scattering = glm::vec3(object.scattering);
-            }
-    });
-    space.media = paletteOf(of_node, space.table, space.absorption);
-    glm::dvec3 absorbed(0), attenuated(0);
-    for (std::size_t i = 1; i < space.absorption.size(); ++i) {
-        const float* extinction = space.table.extinction[i];
-        absorbed += space.absorption[i], attenuated += glm::dvec3(extinction[0], extinction[1], extinction[2]);
-    }
-    for (int k = 0; k < 3; ++k) space.absorbed_share[k] = attenuated[k] > 0 ? absorbed[k] / attenuated[k] : 1;
 }
 
 bool GradedSpace::attenuate() const {

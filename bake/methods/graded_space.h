@@ -57,7 +57,8 @@ public:
     struct Sampling {
         int disc_samples = 1;  ///< directions on the sun's disc that light may come from
         SplineFit fit = SplineFit::Auto;
-        int steps = 1;   ///< of a front's ray, a layer
+        int steps = 1;                                         ///< of a front's ray, a layer
+        FrontIntegrator integrator = FrontIntegrator::Planes;  ///< of it
         double rim = 0;  ///< share of the largest difference of n^2 that counts as being in a medium; 0: by the fit
     };
     /// @throws Error{Input} for more than 255 media
@@ -86,10 +87,14 @@ public:
                                 const Meeting& at) const;
     /// What light is inside of where it comes in.
     const MediumStack& startInside() const { return start_; }
-    /// Whether light is in a medium whose index varies at a place where it comes in.
-    bool startsGraded(const glm::dvec3& world, int channel) const;
+    /// What a lamp stands inside of that stands among the media.
+    MediumStack insideAt(const glm::dvec3& world) const;
+    /// Whether light is in a medium whose index varies at a place where it comes in, or starts in a lamp.
+    bool startsGraded(const MediumStack& inside, const glm::dvec3& world, int channel) const;
     /// How a light comes in, and what it has to cover.
-    FrontLaunch launch(double spacing, int channel, const RayCaster* caster) const;
+    /// @param lamp  [m] where it stands; none for a sun
+    FrontLaunch launch(const std::optional<glm::dvec3>& lamp, double spacing, int channel,
+                       const RayCaster* caster) const;
     /// How often light may change the axis along which it is followed.
     void followTurns(int most) {
         for (Part& part : parts_) part.space.limits.turns = most;
@@ -130,6 +135,7 @@ private:
     };
     void findParts(const Scene& scene);
     void addSurfaces(const Scene& scene);
+    void addLampsNear(const Scene& scene);
     void widen(const Scene& scene, int disc_samples);
     double halfSquareAt(const Part& part, const glm::dvec3& world, const glm::dvec3& voxel, int channel) const;
     void sample(Part& part, int channel, Monitor& monitor);

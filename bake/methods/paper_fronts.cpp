@@ -90,13 +90,38 @@ PaperIndex::Look PaperIndex::at(const glm::dvec3& world) const {
     return out;
 }
 
+glm::dmat3 PaperIndex::bendAt(const glm::dvec3& world) const {
+    const glm::dvec3 p =
+        glm::clamp((world - nodes_.first_world) / nodes_.spacing, glm::dvec3(0), glm::dvec3(nodes_.count - 1) - 1e-9);
+    const glm::ivec3 cell(p);
+    const glm::dvec3 t = p - glm::dvec3(cell);
+    glm::dmat3 bend(0);
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
+        const Node& node = values_[flatOf(nodes_.count, cell.x + step.x, cell.y + step.y, cell.z + step.z)];
+        for (int a = 0; a < 3; ++a) {
+            double weight = (step[a] ? 1 : -1) / nodes_.spacing[a];
+            for (int b = 0; b < 3; ++b)
+                if (b != a) weight *= step[b] ? t[b] : 1 - t[b];
+            bend[a] += weight * glm::dvec3(node.x, node.y, node.z);
+        }
+    }
+    return bend;
+}
+
 struct PaperFronts::Patch {
     glm::dvec3 corner[4], momentum[4];  ///< around it; as long as n
     glm::dvec3 power{0};                ///< per channel [W]
     double faint = 0;                   ///< power below which it is given up
     double turned = 1;                  ///< sign of its area along the light, where it started
     bool lit = false;
+    /// How place and momentum of its middle ray change across it: its sides, to first order.
+    glm::dvec3 across[2], turn[2];
 
+    void beginNeighbours() {
+        for (const auto& [of, change] : {std::pair{corner, across}, {momentum, turn}})
+            change[0] = 0.5 * (of[1] - of[0] + of[2] - of[3]), change[1] = 0.5 * (of[3] - of[0] + of[2] - of[1]);
+    }
     glm::dvec3 middle() const { return 0.25 * (corner[0] + corner[1] + corner[2] + corner[3]); }
     glm::dvec3 direction() const { return glm::normalize(momentum[0] + momentum[1] + momentum[2] + momentum[3]); }
     /// Vector across it, as long as its area.
@@ -112,12 +137,13 @@ struct PaperFronts::Step {
     double path = 0;           ///< power times way in needed voxels [W m]
 };
 
-PaperFronts::PaperFronts(const FrontSpace& space, const GridFrame& frame, double sigma)
+PaperFronts::PaperFronts(const FrontSpace& space, const GridFrame& frame, double sigma, PatchArea area)
     : space_(space),
       frame_(frame),
       index_(*space.index, sigma),
       low_(frame.worldFromIndex(glm::dvec3(space.low) - 0.5)),
-      high_(frame.worldFromIndex(glm::dvec3(space.high) + 0.5)) {
+      high_(frame.worldFromIndex(glm::dvec3(space.high) + 0.5)),
+      area_(area) {
     for (int a = 0; a < 3; ++a) voxel_[a] = frame.worldFromIndex()[a][a];
     time_ = 0.5 * std::min({voxel_.x, voxel_.y, voxel_.z});
 }
@@ -126,8 +152,24 @@ bool PaperFronts::inside(const glm::dvec3& p) const {
     return p.x >= low_.x && p.y >= low_.y && p.z >= low_.z && p.x <= high_.x && p.y <= high_.y && p.z <= high_.z;
 }
 
+/// The derivatives of a step, eqs. 14 and 15, at the middle ray.
+void PaperFronts::moveNeighbours(Patch& patch) const {
+    const glm::dvec3 place = patch.middle(),
+                     momentum = 0.25 * (patch.momentum[0] + patch.momentum[1] + patch.momentum[2] + patch.momentum[3]);
+    const PaperIndex::Look here = index_.at(place);
+    const glm::dmat3 bend = index_.bendAt(place);
+    const double square = here.n * here.n;
+    for (int i = 0; i < 2; ++i) {
+        const double change = glm::dot(here.slope, patch.across[i]);  // of n
+        const glm::dvec3 moved = patch.turn[i] / square - (2 * change / (square * here.n)) * momentum,
+                         turned = bend * patch.across[i] / here.n - (change / square) * here.slope;
+        patch.across[i] += time_ * moved, patch.turn[i] += time_ * turned;
+    }
+}
+
 PaperFronts::Step PaperFronts::move(Patch& patch, const LightField& field) const {
     const glm::dvec3 before = patch.middle();
+    if (area_ == PatchArea::Jacobian) moveNeighbours(patch);
     for (int i = 0; i < 4; ++i) {
         const PaperIndex::Look here = index_.at(patch.corner[i]);
         patch.corner[i] += time_ / (here.n * here.n) * patch.momentum[i];  // [eq. 14]
@@ -151,7 +193,7 @@ PaperFronts::Step PaperFronts::move(Patch& patch, const LightField& field) const
             step.absorbed[k] = lost * absorbed, step.scattered[k] = lost * (1 - absorbed), patch.power[k] -= lost;
         }
     }
-    const glm::dvec3 area = patch.area();
+    const glm::dvec3 area = area_ == PatchArea::Jacobian ? glm::cross(patch.across[0], patch.across[1]) : patch.area();
     const double along = patch.turned * glm::dot(area, patch.direction());
     glm::dvec3 low = patch.corner[0], high = low;
     for (const glm::dvec3& corner : patch.corner) low = glm::min(low, corner), high = glm::max(high, corner);
@@ -183,6 +225,7 @@ void PaperFronts::quarter(const Patch& patch, std::vector<Patch>& out) {
             quarter.momentum[i] = between(patch.momentum, us[i], vs[i]);
         }
         quarter.power *= 0.25;
+        for (int i = 0; i < 2; ++i) quarter.across[i] *= 0.5, quarter.turn[i] *= 0.5;
         out.push_back(quarter);
     }
 }
@@ -222,6 +265,7 @@ void PaperFronts::lay(const Front& launched, LightField& field, SweepTotals& tot
             patch.lit = patch.lit || ray.lit;
         }
         patch.power = first.power + second.power, patch.faint = kFaint * channelMean(patch.power);
+        patch.beginNeighbours();
         patch.turned = glm::dot(patch.area(), patch.direction()) < 0 ? -1 : 1;
         patches.push_back(patch);
     }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <glm/mat3x3.hpp>
 #include <vector>
 
 #include "bake/field/light_field.h"
+#include "bake/methods/wavefront.h"
 #include "bake/methods/wavefront_sweep.h"
 
 namespace photic {
@@ -20,6 +22,8 @@ public:
     /// @param sigma    [nodes]
     PaperIndex(const SplineIndex& samples, double sigma);
     Look at(const glm::dvec3& world) const;
+    /// How the slope changes with the place [1/m2]: of the trilinear look-up, so that it jumps from cell to cell.
+    glm::dmat3 bendAt(const glm::dvec3& world) const;
 
 private:
     struct Node {
@@ -41,7 +45,7 @@ class PaperFronts {
 public:
     static constexpr std::size_t kMostPatches = std::size_t{1} << 24;
 
-    PaperFronts(const FrontSpace& space, const GridFrame& frame, double sigma);
+    PaperFronts(const FrontSpace& space, const GridFrame& frame, double sigma, PatchArea area);
 
     /// Lays a launched front. Bitwise the same for any number of threads.
     /// @throws Error{Input} for more than kMostPatches patches; Error{Cancelled}
@@ -52,6 +56,7 @@ private:
     struct Step;
     bool inside(const glm::dvec3& world) const;
     Step move(Patch& patch, const LightField& field) const;
+    void moveNeighbours(Patch& patch) const;
     static void quarter(const Patch& patch, std::vector<Patch>& out);
     static void note(const Patch& patch, const Step& step, LightField& field);
 
@@ -59,7 +64,8 @@ private:
     GridFrame frame_;
     PaperIndex index_;
     glm::dvec3 voxel_, low_, high_;  // [m]; of the space
-    double time_ = 0;                // of a step [m of optical path]
+    PatchArea area_;
+    double time_ = 0;  // of a step [m of optical path]
 };
 
 }  // namespace photic

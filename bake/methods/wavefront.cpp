@@ -28,6 +28,13 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
                    "between the rays of a front where it starts"),
         bindOption("steps", &WavefrontOptions::steps, {1, 8}, "",
                    "of a ray, a layer of voxels; more of themselves where the index changes sharply"),
+        bindOption("integrator", &WavefrontOptions::integrator,
+                   {{"planes", FrontIntegrator::Planes},
+                    {"runge_kutta", FrontIntegrator::RungeKutta},
+                    {"yoshida", FrontIntegrator::Yoshida},
+                    {"controlled", FrontIntegrator::Controlled}},
+                   "how rays go from layer to layer: in steps of second order, many side by side; or, to compare, one "
+                   "by one, by two of fourth order or by one that holds a millionth of a voxel a layer"),
         bindOption("disc_samples", &WavefrontOptions::disc_samples, {1, 4096}, "",
                    "directions on the sun's disc; 1: a point sun"),
         bindOption("turns", &WavefrontOptions::turns, {0, 1000}, "",
@@ -47,6 +54,10 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
                    "voxels of their middles, the strongest kept, none beyond caustics"),
         bindOption("smooth", &WavefrontOptions::smooth, {0, 4}, "voxels",
                    "standard deviation by which the paper's preset blurs n"),
+        bindOption("area", &WavefrontOptions::area,
+                   {{"corners", PatchArea::Corners}, {"jacobian", PatchArea::Jacobian}},
+                   "of a patch of the paper's preset, over which its power is spread: that between its four particles, "
+                   "or that of the map of its middle ray (paraxial)"),
         bindOption("rim", &WavefrontOptions::rim, {0, 0.9}, "",
                    "share of the largest difference of n^2 from the air's from which on light counts as having been in "
                    "a medium; 0: a hundredth, and a quarter where faces are sharp"),
@@ -80,7 +91,7 @@ public:
         : scene_(scene),
           options_(options),
           frame_(frame),
-          medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps, options.rim}),
+          medium_(scene, frame, {options.disc_samples, fitOf(options), options.steps, options.integrator, options.rim}),
           monitor_(monitor) {
         obstacles_.emplace(scene, frame, medium_.space().low, medium_.space().high, medium_.optics());
         medium_.followTurns(options.turns);
@@ -245,23 +256,32 @@ private:
     void addSample(const Light& light, const LightSample& sample, int channel, const Part& part, LightField& field) {
         glm::dvec3 channels(1);
         if (medium_.passes() > 1) channels = glm::dvec3(0), channels[channel] = 1;
-        const FrontLaunch launch =
-            medium_.launch(options_.spacing, channel, obstacles_->caster().empty() ? nullptr : &obstacles_->caster());
+        const FrontLaunch launch = medium_.launch(sample.source, options_.spacing, channel,
+                                                  obstacles_->caster().empty() ? nullptr : &obstacles_->caster());
         FrontProgress progress(monitor_);
         progress.nextFront(part.from, 0);
         if (options_.preset == WavefrontPreset::Paper) {
-            const Front front = launchFront(launch, light, sample);
+            if (standsAmong(launch, sample))
+                throw Error(ErrorCode::Input,
+                            fmt::format("the paper's preset of wavefront knows no lamps among the media; move '{}' out "
+                                        "of the domain and the media",
+                                        light.name),
+                            light.where);
+            const Front front = std::move(launchFronts(launch, light, sample).front());
             for (const Front::Tube& tube : front.tubes) totals_.power.emitted += channelMean(tube.power);
             progress.nextFront(part.from, part.share);
-            PaperFronts(medium_.space(), frame_, options_.smooth).lay(front, field, totals_, progress);
+            PaperFronts(medium_.space(), frame_, options_.smooth, options_.area).lay(front, field, totals_, progress);
             return;
         }
-        std::vector<Front> fronts{refined(launchFront(launch, light, sample), launch, sample, field, progress)};
-        for (Front::Tube& tube : fronts.front().tubes) {
-            tube.power *= channels, tube.least *= channelMean(channels);
-            totals_.power.emitted += channelMean(tube.power);
+        std::vector<Front> fronts = launchFronts(launch, light, sample);
+        for (Front& front : fronts) {
+            front = refined(std::move(front), launch, sample, field, progress);
+            for (Front::Tube& tube : front.tubes) {
+                tube.power *= channels, tube.least *= channelMean(channels);
+                totals_.power.emitted += channelMean(tube.power);
+            }
+            takeShadowed(front);
         }
-        takeShadowed(fronts.front());
         FrontSinks sinks;
         if (strongest_) sinks.strongest = &*strongest_;
         if (first_ && channel == (medium_.passes() > 1 ? 1 : 0)) sinks.first = &*first_;
@@ -373,6 +393,7 @@ void refusePreset(const Scene& scene, const WavefrontOptions& options) {
         refuse(fmt::format("knows no sharp surfaces; remove '{}', or give it an index", scene.surfaces.front().name));
     if (GradedMedia(scene).disperses()) refuse("has one index for all colours; give the media one");
     if (scene.bake.grids.arrival_time) refuse("has no grid 'arrival_time'; leave it out of bake.grids");
+    if (options.integrator != FrontIntegrator::Planes) refuse("takes Euler's steps; leave out 'integrator'");
     if (options.arrivals == WavefrontArrivals::Strongest)
         refuse("keeps the strongest patch of a voxel anyhow; leave out 'arrivals'");
 }

@@ -27,12 +27,15 @@ constexpr int kBlock = 8;               // cells a side of a block of tubes
 constexpr double kNarrowCone = 0.1;
 constexpr int kMostHalvings = 14;
 
-void refuseLamp(const Light& light, const std::string& why) {
-    throw Error(ErrorCode::Input,
-                fmt::format("the light '{}' stands beside or within the media or the domain {}, which is not built "
-                            "yet; move it further away",
-                            light.name, why),
-                light.where);
+[[noreturn]] void refuseLamp(const Light& light, const std::string& why) {
+    throw Error(ErrorCode::Input, fmt::format("the light '{}' {}", light.name, why), light.where);
+}
+
+void requireFew(const Light& light, double rays, double spacing) {
+    if (!(rays <= kMostRays))
+        refuseLamp(light, fmt::format("would have a front of {:.3g} rays; the limit is 2^26: use a larger spacing than "
+                                      "{} voxels, or larger voxels",
+                                      rays, spacing));
 }
 
 void setLeast(const FrontLaunch& launch, Front& front) {
@@ -41,18 +44,49 @@ void setLeast(const FrontLaunch& launch, Front& front) {
 
 }  // namespace
 
-LaunchPlane::LaunchPlane(const FrontLaunch& launch, const LightSample& sample) : launch_(launch), sample_(sample) {
+bool standsAmong(const FrontLaunch& launch, const LightSample& sample) {
+    if (!sample.source) return false;
+    const glm::dvec3 place = launch.frame.indexFromWorld(*sample.source);
+    for (int a = 0; a < 3; ++a) {
+        const double low = launch.straight ? launch.target.min[a] : launch.space.low[a] - 0.5,
+                     high = launch.straight ? launch.target.max[a] : launch.space.high[a] + 0.5;
+        if (!(place[a] >= low && place[a] <= high)) return false;
+    }
+    return true;
+}
+
+LaunchPlane::LaunchPlane(const FrontLaunch& launch, const LightSample& sample, std::optional<LampSide> side)
+    : launch_(launch), sample_(sample), from_lamp_(side.has_value()) {
+    if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
     const glm::dvec3 middle = launch.frame.worldFromIndex(0.5 * (launch.target.min + launch.target.max));
     const glm::dvec3 way = sample.source ? middle - *sample.source : sample.direction;
     const int along = mainAxis(way);
-    way_ = {along, way[along] > 0 ? 1 : -1};
-    axis_ = launch.across.value_or(along), sense_ = way[axis_] > 0 ? 1 : -1;
+    way_ = side.value_or(LampSide{along, way[along] > 0 ? 1 : -1});
+    axis_ = side ? side->first : launch.across.value_or(along);
+    sense_ = side ? side->second : way[axis_] > 0 ? 1 : -1;
+    plane_ = side ? source_[axis_] + sense_ : sideAlong(axis_, sense_);
+    // A lamp that is beside the space along that axis is before it along another one.
+    for (int a = 0; a < 3 && behindLamp() && !launch.across; ++a) {
+        const int sense = way[a] > 0 ? 1 : -1;
+        const double plane = sideAlong(a, sense);
+        if (sense * (plane - source_[a]) > 0) axis_ = a, sense_ = sense, plane_ = plane;
+    }
     axes_ = axesFor(axis_);
-    if (launch.straight)
-        plane_ = sense_ > 0 ? launch.target.min[axis_] : launch.target.max[axis_];
-    else
-        plane_ = sense_ > 0 ? launch.space.low[axis_] - 0.5 : launch.space.high[axis_] + 0.5;
-    if (sample.source) source_ = launch.frame.indexFromWorld(*sample.source);
+}
+
+/// Where the space begins for what comes along an axis.
+double LaunchPlane::sideAlong(int axis, int sense) const {
+    if (launch_.straight) return sense > 0 ? launch_.target.min[axis] : launch_.target.max[axis];
+    return sense > 0 ? launch_.space.low[axis] - 0.5 : launch_.space.high[axis] + 0.5;
+}
+
+glm::dvec2 LaunchPlane::placeOf(const Front::Ray& ray) const {
+    glm::dvec3 voxel = ray.voxel;
+    if (from_lamp_) {
+        const glm::dvec3 way = launch_.frame.indexDirection(ray.momentum);
+        voxel += (plane_ - source_[axis_]) / way[axis_] * way;
+    }
+    return {voxel[axes_[0]], voxel[axes_[1]]};
 }
 
 glm::dvec2 LaunchPlane::shadowOf(const glm::dvec3& voxel) const {
@@ -75,6 +109,12 @@ Front::Ray LaunchPlane::rayAt(const glm::dvec2& uv) const {
     Front::Ray ray;
     ray.voxel = voxelAt(uv);
     const glm::dvec3 world = launch_.frame.worldFromIndex(ray.voxel), direction = directionAt(world);
+    if (from_lamp_) {
+        ray.voxel = source_;
+        ray.momentum = std::sqrt(2 * launch_.space.halfSquareAt(*sample_.source)) * direction;
+        ray.lit = launch_.lit || launch_.in_medium(*sample_.source);
+        return ray;
+    }
     // Snell's law at a flat face keeps what lies in it; air is outside.
     const double square = 2 * launch_.space.halfSquareAt(world);
     ray.momentum = direction;
@@ -156,35 +196,25 @@ FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample) {
     return entry;
 }
 
-void refuseLampWithin(const LaunchPlane& plane, const Light& light) {
-    if (plane.behindLamp()) refuseLamp(light, "along its main axis");
+void requireWay(const FrontLaunch& launch, const LightSample& sample, const Light& light) {
+    if (!sample.source || standsAmong(launch, sample)) return;
+    const LaunchPlane plane(launch, sample);
+    const double top = launch.frame.worldFromIndex(glm::dvec3(launch.space.high) + 0.5).z;
+    if (launch.across && plane.sense() > 0)
+        refuseLamp(light, "stands below the water and outside of the domain; move it into the domain");
+    if (plane.behindLamp())
+        refuseLamp(light, fmt::format("stands beside the domain and not above the water that it shines on; move it "
+                                      "into the domain, or above z = {:.4g} m",
+                                      top));
 }
 
-Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
-    const LaunchPlane plane(launch, sample);
-    refuseLampWithin(plane, light);
-    const FrontBox entry = entryOf(launch, sample);
-    const auto axes = axesFor(plane.axis());
-    const glm::dvec2 low(entry.min[axes[0]], entry.min[axes[1]]), high(entry.max[axes[0]], entry.max[axes[1]]);
-    // Whole blocks of cells that end with the shadow: beyond it a medium that fills the world may not be known.
-    glm::ivec2 blocks;
-    glm::dvec2 spacing;
-    for (int a = 0; a < 2; ++a) {
-        const double extent = high[a] - low[a],
-                     whole = std::max(1.0, std::ceil(extent / (launch.spacing * kBlock) - 1e-9));
-        if (!(whole * kBlock <= 1e6)) refuseLamp(light, "so that its light would enter them almost level");
-        blocks[a] = static_cast<int>(whole);
-        spacing[a] = extent / (whole * kBlock);
-    }
+namespace {
+
+/// What a light sends through a part of a plane, in whole blocks of cells.
+Front frontThrough(const FrontLaunch& launch, const LaunchPlane& plane, const glm::dvec2& low, const glm::dvec2& high,
+                   const glm::ivec2& blocks) {
     const glm::ivec2 cells = blocks * kBlock;
-    const double rays = (cells.x + 1.0) * (cells.y + 1.0);
-    if (rays > kMostRays)
-        throw Error(
-            ErrorCode::Input,
-            fmt::format("the front of '{}' would have {:.3g} rays; the limit is 2^26: use a larger spacing than "
-                        "{} voxels, or larger voxels",
-                        light.name, rays, launch.spacing),
-            light.where);
+    const glm::dvec2 spacing = (high - low) / glm::dvec2(cells);
     Front front;
     std::tie(front.axis, front.sense) = plane.way();
     front.inside = launch.inside;
@@ -204,15 +234,62 @@ Front launchFront(const FrontLaunch& launch, const Light& light, const LightSamp
     return front;
 }
 
+/// What a lamp that stands among the media sends to one side.
+Front frontToSide(const FrontLaunch& launch, const Light& light, const LightSample& sample, const LampSide& side) {
+    const LaunchPlane plane(launch, sample, side);
+    const auto [axis, sense] = side;
+    const auto axes = axesFor(axis);
+    const glm::dvec3 lamp = launch.frame.indexFromWorld(*sample.source);
+    // Rays are `spacing` apart where they leave the space.
+    const double far =
+        sense > 0 ? launch.space.high[axis] + 0.5 - lamp[axis] : lamp[axis] - launch.space.low[axis] + 0.5;
+    const double blocks = std::max(1.0, std::ceil(2 * far / (launch.spacing * kBlock)));
+    requireFew(light, (blocks * kBlock + 1) * (blocks * kBlock + 1), launch.spacing);
+    const glm::dvec2 middle(lamp[axes[0]], lamp[axes[1]]);
+    Front front = frontThrough(launch, plane, middle - 1.0, middle + 1.0, glm::ivec2(static_cast<int>(blocks)));
+    // A spot leaves most of them dark.
+    std::erase_if(front.tubes, [](const Front::Tube& tube) { return !(channelMean(tube.power) > 0); });
+    return front;
+}
+
+}  // namespace
+
+std::vector<Front> launchFronts(const FrontLaunch& launch, const Light& light, const LightSample& sample) {
+    requireWay(launch, sample, light);
+    std::vector<Front> fronts;
+    if (standsAmong(launch, sample)) {
+        for (int side = 0; side < 6; ++side)
+            fronts.push_back(frontToSide(launch, light, sample, {side / 2, side % 2 ? 1 : -1}));
+        std::erase_if(fronts, [](const Front& front) { return front.tubes.empty(); });
+        return fronts;
+    }
+    const LaunchPlane plane(launch, sample);
+    const FrontBox entry = entryOf(launch, sample);
+    const auto axes = axesFor(plane.axis());
+    const glm::dvec2 low(entry.min[axes[0]], entry.min[axes[1]]), high(entry.max[axes[0]], entry.max[axes[1]]);
+    // Whole blocks of cells that end with the shadow: beyond it a medium that fills the world may not be known.
+    glm::ivec2 blocks;
+    for (int a = 0; a < 2; ++a) {
+        const double whole = std::max(1.0, std::ceil((high[a] - low[a]) / (launch.spacing * kBlock) - 1e-9));
+        if (!(whole * kBlock <= 1e6))
+            refuseLamp(light,
+                       "enters the domain almost level, in a front of more than a million rays a side; turn it, "
+                       "or move it away from the domain's side");
+        blocks[a] = static_cast<int>(whole);
+    }
+    requireFew(light, (blocks.x * kBlock + 1.0) * (blocks.y * kBlock + 1.0), launch.spacing);
+    fronts.push_back(frontThrough(launch, plane, low, high, blocks));
+    return fronts;
+}
+
 Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
                  const std::vector<std::uint32_t>& which) {
-    const LaunchPlane plane(launch, sample);
-    const auto axes = axesFor(plane.axis());
+    std::optional<LampSide> side;
+    if (standsAmong(launch, sample)) side.emplace(front.axis, front.sense);
+    const LaunchPlane plane(launch, sample, side);
     Front out;
     out.axis = front.axis, out.sense = front.sense, out.inside = front.inside;
-    const auto placeOf = [&](std::uint32_t ray) {
-        return glm::dvec2(out.rays[ray].voxel[axes[0]], out.rays[ray].voxel[axes[1]]);
-    };
+    const auto placeOf = [&](std::uint32_t ray) { return plane.placeOf(out.rays[ray]); };
     std::map<std::uint32_t, std::uint32_t> copies;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto copyOf = [&](std::uint32_t ray) {

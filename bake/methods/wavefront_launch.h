@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "bake/methods/wavefront_sweep.h"
 #include "bake/paths/emission.h"
@@ -34,11 +35,20 @@ struct FrontLaunch {
     bool straight = false;  ///< light goes straight on its way to the target: it comes in by the target's own side
 };
 
-/// A light's rays on the plane by which it enters the space: on the side that the light comes from.
+/// A side of a cube of two voxels around a lamp: an axis, and the sense in which the side looks.
+using LampSide = std::pair<int, int>;
+
+/// Whether a lamp stands among what light goes through: its light starts there, and not on the space's side.
+bool standsAmong(const FrontLaunch& launch, const LightSample& sample);
+
+/// A light's rays on the plane by which it enters the space: on the side that the light comes from, or, of a lamp that
+/// is beside that one, on a side that the lamp is before. Of a lamp that stands in the space: on a side of a cube
+/// around it, and the rays start in the lamp.
 class LaunchPlane {
 public:
     /// Both must outlive it.
-    LaunchPlane(const FrontLaunch& launch, const LightSample& sample);
+    /// @param side  of a lamp that stands among the media
+    LaunchPlane(const FrontLaunch& launch, const LightSample& sample, std::optional<LampSide> side = {});
 
     int axis() const { return axis_; }  ///< across the plane
     int sense() const { return sense_; }
@@ -46,6 +56,8 @@ public:
     std::pair<int, int> way() const { return way_; }
     /// A lamp does not stand before the plane.
     bool behindLamp() const { return sample_.source && !(sense_ * (plane_ - source_[axis_]) > 0); }
+    /// Where a ray that rayAt() made crosses the plane, along u and v.
+    glm::dvec2 placeOf(const Front::Ray& ray) const;
     /// Where the ray that meets a place of index space crosses the plane, along u and v.
     glm::dvec2 shadowOf(const glm::dvec3& voxel) const;
     /// In index space.
@@ -59,15 +71,19 @@ public:
     glm::dvec3 power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const;
     /// Per channel [W/m2], on the plane.
     glm::dvec3 irradianceAt(const glm::dvec2& uv) const;
+    /// Of a lamp towards a direction, per channel [W/sr].
+    glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
 
 private:
-    glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
     glm::dvec3 lampPower(const std::array<glm::dvec3, 3>& corner, int halvings) const;
     enum class Cone { Even, Narrow, Beside };
     Cone coneOver(const std::array<glm::dvec3, 3>& corner) const;
 
+    double sideAlong(int axis, int sense) const;
+
     const FrontLaunch& launch_;
     const LightSample& sample_;
+    bool from_lamp_ = false;
     int axis_ = 2, sense_ = -1;
     std::pair<int, int> way_{2, -1};
     std::array<int, 3> axes_{};
@@ -75,16 +91,17 @@ private:
     glm::dvec3 source_{0};
 };
 
-/// @throws Error{Input} where a lamp is not before the plane
-void refuseLampWithin(const LaunchPlane& plane, const Light& light);
+/// @throws Error{Input} where a lamp neither stands among the media nor before a side by which its light may come in
+void requireWay(const FrontLaunch& launch, const LightSample& sample, const Light& light);
 
 /// Where a light has to enter the space to reach the whole target: a flat box on the side that it comes from.
 FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample);
 
 /// The front of a light, as it enters the space by the side that the light comes from: as wide as the target's shadow
-/// there.
-/// @throws Error{Input} for a lamp that is not outside of that side, and for more than 2^26 rays
-Front launchFront(const FrontLaunch& launch, const Light& light, const LightSample& sample);
+/// there. Of a lamp that stands among the media six, one to each side of a cube around it: all its rays start in the
+/// lamp, `spacing` apart where they leave the space straight on.
+/// @throws Error{Input} as requireWay(), and for more than 2^26 rays
+std::vector<Front> launchFronts(const FrontLaunch& launch, const Light& light, const LightSample& sample);
 
 /// Some tubes of a launched front, each as four with rays of their own between its corners'.
 Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,

@@ -75,7 +75,10 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     const Stopwatch watch;
     const glm::ivec3 node = space_->first_node - origin();
     const int first_w = chunk.first - origin()[front.axis];
-    if (space_->index)
+    const bool one_by_one = space_->index && space_->integrator != FrontIntegrator::Planes;
+    if (one_by_one)
+        state.slices.steps = stepsIn(front, chunk);
+    else if (space_->index)
         collapseIndex(*space_->index, {front.axis, node}, first_w, chunk.layers, front.sense, stepsIn(front, chunk),
                       state.slices);
     else
@@ -83,7 +86,7 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     if (SweepWork* work = totals_.work) {
         const double steps = double(chunk.layers) * state.slices.steps;
         work->ray_steps += steps * static_cast<double>(front.rays.size());
-        if (space_->index) work->nodes += steps * static_cast<double>(state.slices.plane());
+        if (space_->index && !one_by_one) work->nodes += steps * static_cast<double>(state.slices.plane());
     }
     FrontMedia media = space_->table;
     const auto axes = axesFor(front.axis);
@@ -104,12 +107,17 @@ void FrontSweep::march(const Front& front, const Chunk& chunk, State& state) {
     BentRows& bent = state.packed.bent;
     bent.values.resize(front.rays.size() * bent.rayStride());
     state.before = state.rays;
+    const FrontPlaces places{space_->index, {axes[0], axes[1], axes[2]}, node, state.slices.steps};
     constexpr std::size_t kBatch = 1024;
     const FrontKernel kernel = frontKernel();
     parallelFor(static_cast<std::int64_t>((front.rays.size() + kBatch - 1) / kBatch), [&](std::int64_t i) {
-        const std::size_t from = static_cast<std::size_t>(i) * kBatch;
-        kernel(march, state.rays, from, std::min(kBatch, state.rays.u.size() - from), bent.values.data(),
-               bent.rayStride());
+        const std::size_t from = static_cast<std::size_t>(i) * kBatch,
+                          many = std::min(kBatch, state.rays.u.size() - from);
+        if (one_by_one)
+            marchFrontBy(space_->integrator, places, march, state.rays, from, many, bent.values.data(),
+                         bent.rayStride());
+        else
+            kernel(march, state.rays, from, many, bent.values.data(), bent.rayStride());
     });
     totals_.trace_seconds += watch.seconds();
 }

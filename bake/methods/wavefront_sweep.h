@@ -13,6 +13,7 @@
 #include "bake/deposit/strongest_arrival.h"
 #include "bake/deposit/voxelise.h"
 #include "bake/field/light_field.h"
+#include "bake/graded/front_integrators.h"
 #include "bake/graded/index_slices.h"
 #include "bake/paths/path.h"
 #include "bake/report/bake_report.h"
@@ -67,6 +68,7 @@ struct FrontSpace {
     glm::dvec3 absorbed_share{1};          ///< of all that is attenuated, per channel; the rest is scattered
     float least_lit = 1e-3f;               ///< difference of n^2 / 2 from the air's that counts as being in a medium
     int steps = 1;                         ///< a layer, at least
+    FrontIntegrator integrator = FrontIntegrator::Planes;
     const FrontObstacles* obstacles = nullptr;  ///< what ends light; null: nothing stands in the scene
     const GradedSpace* beyond = nullptr;        ///< what lies beyond surfaces; null: there are none
     FrontLimits limits{};

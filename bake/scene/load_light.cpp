@@ -98,16 +98,16 @@ void loadRectangle(const TableReader& table, Light& light) {
 
 }  // namespace
 
-void aimLight(Light& light, const glm::dvec3& center, const std::string& name) {
+void aimLight(Light& light, const glm::dvec3& center, const std::string& name, double least_distance) {
     if (!light.position) return;
     const glm::dvec3 way = center - *light.position;
-    const double squared = glm::dot(way, way);
+    const double squared = std::max(glm::dot(way, way), least_distance * least_distance);
     if (!(squared > 0))
         throw Error(ErrorCode::Input,
                     fmt::format("the light '{}' stands in the centre of '{}', which it is to shine on; move it",
                                 light.name, name),
                     light.where);
-    if (light.type == LightType::Point) light.direction = unitVector(way);
+    if (light.type == LightType::Point && way != glm::dvec3(0)) light.direction = unitVector(way);
     const double solid = light.type == LightType::Rectangle ? std::numbers::pi : 4 * std::numbers::pi;
     light.irradiance = light.power / (solid * squared);
 }

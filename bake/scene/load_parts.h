@@ -68,8 +68,9 @@ std::vector<const ConfigValue*> tablesOf(const ConfigValue* value, const std::st
 Light loadLight(const ConfigValue& table, std::size_t number);
 /// Gives a light that has a place the irradiance (and a point the direction) that it has at the centre of what it
 /// shines on.
-/// @throws Error{Input} when it stands there
-void aimLight(Light& light, const glm::dvec3& center, const std::string& name);
+/// @param least_distance  [m] that it counts as standing away at least
+/// @throws Error{Input} when it stands there, and that is 0
+void aimLight(Light& light, const glm::dvec3& center, const std::string& name, double least_distance = 0);
 /// @param domain  footprint for a surface without `size`; null when the file has no box
 Surface loadSurface(const ConfigValue& table, std::size_t number, const Domain* domain, LoadContext& context);
 Object loadObject(const ConfigValue& table, std::size_t number, LoadContext& context);

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <glm/common.hpp>
 #include <map>
 #include <numbers>
 
@@ -252,10 +253,26 @@ void refuseMoreIndices(const std::vector<const ConfigValue*>& indices) {
             indices[1]->where);
 }
 
-/// Lights shine at the middle of the object whose index bends them.
+/// Lights shine at the middle of the first surface; those that stand in a body count as if they stood half way out of
+/// its middle, since there is no irradiance where a lamp is.
+void aimAtSurface(const Surface& surface, Scene& scene) {
+    double least = 0;
+    if (surface.closed) {
+        glm::dvec3 low(1e300), high(-1e300);
+        for (const glm::dvec3& p : surface.mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
+        const glm::dvec3 half = 0.5 * (high - low);
+        least = 0.5 * std::min({half.x, half.y, half.z});
+    }
+    for (Light& light : scene.lights) aimLight(light, surface.center, surface.name, least);
+}
+
+/// Lights shine at the middle of the object whose index bends them; those that stand in it count as if they stood half
+/// way out, since there is no irradiance where a lamp is.
 void aimAtGraded(const GradedObject& object, Scene& scene) {
     const auto box = object.index.front()->bounds().value_or(WorldBox{scene.domain.min, scene.domain.max});
-    for (Light& light : scene.lights) aimLight(light, 0.5 * (box.min + box.max), object.name);
+    const glm::dvec3 half = 0.5 * (box.max - box.min);
+    for (Light& light : scene.lights)
+        aimLight(light, 0.5 * (box.min + box.max), object.name, 0.5 * std::min({half.x, half.y, half.z}));
 }
 
 }  // namespace
@@ -291,7 +308,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
     checkParts(scene, indices, !context.graded.empty());
     if (!context.graded.empty()) scene.index = std::make_shared<IndexVolume>(context.graded);
     if (!scene.surfaces.empty()) {
-        for (Light& light : scene.lights) aimLight(light, scene.surfaces.front().center, scene.surfaces.front().name);
+        aimAtSurface(scene.surfaces.front(), scene);
         keepReference(moving, context, scene);
     }
     if (!indices.empty()) scene.index = loadIndex(*indices.front(), scene.surfaces.front().ior_below, context);

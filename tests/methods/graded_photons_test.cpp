@@ -200,18 +200,5 @@ TEST(GradedPhotons, ThreadsChangeNoBit) {
     for (int c = 0; c < 4; ++c) EXPECT_EQ(one.field().sum(c), three.field().sum(c));
 }
 
-TEST(GradedPhotons, RefuseWhatTheyCannotFollow) {
-    const std::string lens = medium("{ kind = \"luneburg\", radius = 0.3 }"),
-                      box = "min = [-0.4, -0.4, -0.4]\nmax = [0.4, 0.4, 0.4]\nresolution = 8";
-    Scene within = sceneOf(box, "type = \"point\"\nposition = [0.1, 0, 1.5]\npower = 1", lens);
-    within.lights[0].position = glm::dvec3(0, 0, 0.1);
-    try {
-        bakeWith("photons", within, paths(1000));
-        ADD_FAILURE();
-    } catch (const Error& error) {
-        EXPECT_NE(std::string(error.what()).find("stands beside or within"), std::string::npos) << error.what();
-    }
-}
-
 }  // namespace
 }  // namespace photic

@@ -61,6 +61,28 @@ TEST(WavefrontPaper, GoesToTheTubesBeforeCaustics) {
     EXPECT_GT(std::log2(error[0] / error[1]), 0.5);
 }
 
+/// The area between a patch's particles is that of a chord, and the Jacobian's that of a slope: where patches are small
+/// they are one.
+TEST(WavefrontPaper, TheParaxialAreaIsThatOfThePatchBeforeCaustics) {
+    const GivenOptions paraxial = kPaper | with("area", std::string("jacobian"));
+    double tubes[2], corners[2];
+    for (int k = 0; k < 2; ++k) {
+        const Scene scene =
+            sceneOf("min = [-0.4, -0.4, -0.8]\nmax = [0.4, 0.4, 0]\nresolution = " + std::to_string(32 << k), kDown,
+                    medium("{ kind = \"selfoc\", n0 = 1.5, g = 1.4 }"));
+        const auto counts = [](const glm::dvec3& p) { return p.z > -0.6 && p.z < -0.02 && std::hypot(p.x, p.y) < 0.1; };
+        const Bake by_jacobian = bake(scene, paraxial);
+        EXPECT_LT(by_jacobian.report().power.imbalance(), 1e-9);
+        tubes[k] = apart(by_jacobian, bake(scene), counts);
+        corners[k] = apart(by_jacobian, bake(scene, kPaper), counts);
+    }
+    fmt::print("  paraxial areas: {:.2f} % from the tubes, {:.2f} % from areas between particles\n", 100 * tubes[1],
+               100 * corners[1]);
+    EXPECT_LT(tubes[1], 0.1);
+    EXPECT_LT(corners[1], 0.03);
+    EXPECT_GT(std::log2(tubes[0] / tubes[1]), 0.5);
+}
+
 TEST(WavefrontPaper, IsDarkBeyondCaustics) {
     // Parallel light in a rod meets on its axis, at g depth = pi / 2; tubes go on beyond, patches do not.
     const Scene scene = sceneOf("min = [-0.3, -0.3, -1.6]\nmax = [0.3, 0.3, 0]\nvoxel_size = 0.02", kDown,
@@ -138,6 +160,8 @@ TEST(WavefrontPaper, RefusesWhatThePaperDoesNotKnow) {
     Scene timed = plain;
     timed.bake.grids.arrival_time = true;
     EXPECT_NE(refusal(timed, kPaper).find("arrival_time"), std::string::npos);
+    EXPECT_NE(refusal(plain, kPaper | with("integrator", std::string("yoshida"))).find("'integrator'"),
+              std::string::npos);
     GivenOptions both = kPaper;
     both["arrivals"] = {std::string("strongest"), "test"};
     EXPECT_NE(refusal(plain, both).find("'arrivals'"), std::string::npos);

@@ -44,6 +44,11 @@ inline std::string medium(const std::string& index, const std::string& more = ""
 
 inline GivenOptions with(const std::string& key, OptionValue value) { return {{key, {std::move(value), "test"}}}; }
 
+inline GivenOptions operator|(GivenOptions a, const GivenOptions& b) {
+    a.insert(b.begin(), b.end());
+    return a;
+}
+
 inline GivenOptions paths(std::int64_t count) { return with("count", count); }
 
 struct Difference {
@@ -61,7 +66,7 @@ inline Difference compare(const Bake& photons, const Bake& smooth, int lowest = 
             for (int i = frame.min.x; i <= frame.max.x; ++i) {
                 const glm::ivec3 voxel(i, j, k);
                 difference += std::fabs(photons.fluence(voxel) - smooth.fluence(voxel));
-                error += double(photons.result.standard_error->value(voxel, 0));
+                if (photons.result.standard_error) error += double(photons.result.standard_error->value(voxel, 0));
                 sum += photons.fluence(voxel), other += smooth.fluence(voxel);
             }
     return {difference / other, error / other, sum / other};
