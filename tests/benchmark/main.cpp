@@ -24,7 +24,7 @@ struct Section {
 constexpr Section kSections[] = {{"kernels", kernels},   {"bakes", bakes},         {"threads", threadScaling},
                                  {"stages", stages},     {"writes", writes},       {"skipping", skipping},
                                  {"floor", floorErrors}, {"volume", volumeErrors}, {"eikonal", eikonal},
-                                 {"waves", waves},       {"fronts", fronts}};
+                                 {"waves", waves},       {"fronts", fronts},       {"front_peers", frontPeers}};
 // Not run unless asked for.
 constexpr Section kLargeSections[] = {{"eikonal512", eikonalLarge}, {"waves512", wavesLarge}};
 

@@ -26,6 +26,7 @@ void eikonalLarge(const Effort& effort, Findings& findings);  ///< the same at 5
 void wavesLarge(const Effort& effort, Findings& findings);    ///< waves in the pool at 512^3
 void eikonal(const Effort& effort, Findings& findings);       ///< run time against error of fronts, peers beside
 void fronts(const Effort& effort, Findings& findings);        ///< through media whose index varies
+void frontPeers(const Effort& effort, Findings& findings);    ///< beside the paper's preset, photons and their steps
 void waves(const Effort& effort, Findings& findings);         ///< the wave method, beside its paper's table
 
 }  // namespace photic::benchmark
