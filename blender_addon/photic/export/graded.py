@@ -70,7 +70,6 @@ def check(settings, scene):
         _check_mesh(item)
         if item.graded.kind == graded.FILE:
             _check_file(item)
-        _check_lamps(item, scene)
         said += _within(item, scene)
     return said + _overlaps(bent) + _soft(scene)
 
@@ -92,16 +91,6 @@ def _check_file(item):
     if not os.path.isfile(path):
         raise BakerError(f"The index volume '{path}' of '{item.name}' is gone; choose its File anew in Object Properties > Photic",
                          item.object_name)
-
-
-def _check_lamps(item, scene):
-    """Fronts come from outside."""
-    low, high = item.mesh.bounds()
-    for name, table in scene.lights:
-        place = table.get("position", table.get("center"))
-        if place is not None and (numpy.array(place) >= low).all() and (numpy.array(place) <= high).all():
-            raise BakerError(f"The lamp '{name}' stands within the box around '{item.name}', whose index varies, and light can't start "
-                             "there yet; move it out, or make it a sharp body", name)
 
 
 def _within(item, scene):
