@@ -64,7 +64,7 @@ Vec3f refracted(const Vec3f& d, double ior) {
 
 /// Directions on the sun's disc, evenly (Vogel 1979), as refracted shifts: horizontal way per depth, less the middle's.
 std::vector<std::array<double, 2>> discShifts(const WaterLight& light, double diameter_deg) {
-    constexpr int kSamples = 256;
+    constexpr int kSamples = 1024;
     const Vec3f d = {light.direction[0], light.direction[1], light.direction[2]};
     const double s = d.z < 0 ? -1 : 1, a = -1 / (s + d.z), b = d.x * d.y * a;
     const Vec3f u = {1 + s * d.x * d.x * a, s * b, -s * d.x}, v = {b, s + d.y * d.y * a, -d.y};
@@ -85,6 +85,26 @@ std::vector<std::array<double, 2>> discShifts(const WaterLight& light, double di
         out.push_back({at[0] - middle[0], at[1] - middle[1]});
     }
     return out;
+}
+
+/// Light that is moved by a part of a voxel goes to the voxel that it falls in. That alone moves all of it to the
+/// middles of voxels: shifts are first made longer or shorter along each axis until their mean square there is what it
+/// was, as the baker's blur has it (bake/field/disc_blur.h). To mix a voxel's mean from those of its neighbours instead
+/// would widen the disc by 1/6 of a square voxel along each axis.
+/// @param along  shifts along one axis [voxels]. @return the factor on them
+double factorOnVoxels(const std::vector<double>& along) {
+    double wanted = 0, reach = 0;
+    for (const double x : along) wanted += x * x, reach = std::max(reach, std::fabs(x));
+    constexpr double kSmallest = 0.02;  // [voxels] changes a voxel by less than 1e-4 of its neighbours' difference
+    if (reach < kSmallest) return 0;
+    const auto moment = [&](double factor) {
+        double sum = 0;
+        for (const double x : along) sum += std::pow(std::round(factor * x), 2);
+        return sum;
+    };
+    double low = 0, high = 1 + 1 / reach;
+    for (int i = 0; i < 30; ++i) (moment(0.5 * (low + high)) < wanted ? low : high) = 0.5 * (low + high);
+    return 0.5 * (low + high);
 }
 
 }  // namespace
@@ -109,40 +129,41 @@ GLuint LiveBake::Impl::programOf(GLuint (&programs)[2], const char* file) {
     return program = *made;
 }
 
-/// The image of the sun's disc in each layer, as shares of voxels around: a voxel's mean of light that is moved by a
-/// part of a voxel is mixed from its neighbours' means.
+/// The image of the sun's disc in each layer, as shares of voxels around.
 void LiveBake::Impl::setKernel(const WaterLight& light, float level) {
     const float now[4] = {light.direction[0], light.direction[1], light.direction[2], light.ior};
     if (kernel && std::equal(now, now + 4, kernel_light) && level == kernel_level) return;
-    const auto shifts = discShifts(light, static_cast<double>(options.angular_diameter_deg));
-    const double deepest = std::max(0.0, static_cast<double>(level - options.min[2]));
-    double reach = 0;
-    for (const auto& shift : shifts)
-        for (std::size_t a = 0; a < 2; ++a)
-            reach = std::max(reach, deepest * std::fabs(shift[a]) / static_cast<double>(voxel(a)));
-    pad = options.angular_diameter_deg > 0 ? static_cast<int>(std::ceil(reach)) : 0;
+    const bool disc = options.angular_diameter_deg > 0;
+    const auto shifts = disc ? discShifts(light, static_cast<double>(options.angular_diameter_deg))
+                             : std::vector<std::array<double, 2>>(1);
+    const auto layers = static_cast<std::size_t>(options.voxels[2]);
+    // For each layer and shift the voxel that light falls in, from its own.
+    std::vector<std::array<int, 2>> falls(layers * shifts.size());
+    int reach = 0;
+    for (std::size_t layer = 0; layer < layers; ++layer) {
+        const double z = static_cast<double>(options.min[2]) + (static_cast<double>(layer) + 0.5) * double(voxel(2));
+        const double depth = std::max(0.0, static_cast<double>(level) - z);
+        for (std::size_t a = 0; a < 2; ++a) {
+            std::vector<double> along;
+            for (const auto& shift : shifts) along.push_back(depth * shift[a] / static_cast<double>(voxel(a)));
+            const double factor = factorOnVoxels(along);
+            for (std::size_t n = 0; n < along.size(); ++n) {
+                const double by = std::clamp(std::round(factor * along[n]), -1e6, 1e6);
+                falls[layer * shifts.size() + n][a] = static_cast<int>(by);
+                reach = std::max(reach, static_cast<int>(std::fabs(by)));
+            }
+        }
+    }
+    pad = reach;
     if (pad > kWidestPad) {
         fail(ErrorCode::Limit, "the sun's disc reaches " + std::to_string(pad) + " voxels at the bottom, and at most " +
                                    std::to_string(kWidestPad) + " are blurred; take wider voxels or a narrower sun");
     }
     const int side = 2 * pad + 1;
-    std::vector<float> weights(static_cast<std::size_t>(side * side * options.voxels[2]), 0.0F);
-    for (int layer = 0; layer < options.voxels[2]; ++layer) {
-        const double z = static_cast<double>(options.min[2]) + (layer + 0.5) * static_cast<double>(voxel(2));
-        const double depth = pad == 0 ? 0 : std::max(0.0, static_cast<double>(level) - z);
-        float* of_layer = weights.data() + static_cast<std::size_t>(layer * side * side);
-        for (const auto& shift : shifts) {
-            const double x = depth * shift[0] / static_cast<double>(voxel(0)) + pad,
-                         y = depth * shift[1] / static_cast<double>(voxel(1)) + pad;
-            const int i = std::min(static_cast<int>(x), side - 1), j = std::min(static_cast<int>(y), side - 1);
-            const double fx = x - i, fy = y - j;
-            for (int n = 0; n < 4; ++n) {
-                const double part = ((n & 1) ? fx : 1 - fx) * ((n >> 1) ? fy : 1 - fy);
-                if (part <= 0) continue;
-                of_layer[(j + (n >> 1)) * side + i + (n & 1)] +=
-                    static_cast<float>(part / static_cast<double>(shifts.size()));
-            }
-        }
+    std::vector<float> weights(static_cast<std::size_t>(side * side) * layers, 0.0F);
+    for (std::size_t n = 0; n < falls.size(); ++n) {
+        float* of_layer = weights.data() + n / shifts.size() * static_cast<std::size_t>(side * side);
+        of_layer[(falls[n][1] + pad) * side + falls[n][0] + pad] += 1 / static_cast<float>(shifts.size());
     }
     if (!kernel) gl().GenBuffers(1, &kernel);
     gl().BindBuffer(GL_SHADER_STORAGE_BUFFER, kernel);
