@@ -112,13 +112,14 @@ glm::ivec3 shiftOf(const LightVolume& volume, const ExportPlan& plan) {
 
 /// What two levels make of a volume that they make fit, with as few coarse blocks as that takes; with all of them where
 /// it never fits. The bytes fall with the number of blocks but for a brick here and there at their borders.
-LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, Monitor& monitor) {
-    const TwoLevels levels(volume.field, monitor);
+LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, GameTexels texels, Monitor& monitor) {
+    const TwoLevels levels(volume.field, volume.second ? &*volume.second : nullptr, monitor);
     const auto with = [&](int count) {
         TwoLevels::Made made = levels.with(count);
         LightVolume out{
             std::move(made.field), volume.reference_irradiance, volume.has_irradiance, volume.has_direction, {},
             volume.metadata};
+        out.second = std::move(made.second);
         if (!made.blocks.empty()) out.metadata["coarse_blocks"] = made.blocks.text();
         return out;
     };
@@ -128,7 +129,7 @@ LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, Monitor& 
         monitor.checkCancelled();
         const int middle = too_few + (enough - too_few) / 2;
         LightVolume tried = with(middle);
-        if (runtimeSize(tried).bytes <= budget_bytes) {
+        if (runtimeSize(tried, texels).bytes <= budget_bytes) {
             enough = middle, best = std::move(tried);
         } else {
             too_few = middle;
@@ -139,7 +140,8 @@ LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, Monitor& 
 
 }  // namespace
 
-std::vector<ExportPlan> exportPlans(const Scene* scene, ExportLevels levels, std::int64_t budget_bytes) {
+std::vector<ExportPlan> exportPlans(const Scene* scene, ExportLevels levels, std::int64_t budget_bytes,
+                                    GameTexels texels) {
     std::vector<ExportPlan> plans;
     for (const int factor : {1, 2, 4, 8, 16}) {
         plans.push_back({factor, {}});
@@ -153,11 +155,13 @@ std::vector<ExportPlan> exportPlans(const Scene* scene, ExportLevels levels, std
             plans.push_back(two);
         }
     }
+    for (ExportPlan& plan : plans) plan.texels = texels;
     return plans;
 }
 
 std::int64_t gameBytes(const LightVolume& volume, MemoryModel model) {
-    if (model == MemoryModel::Runtime) return runtimeSize(volume).bytes;
+    if (model != MemoryModel::Dense)
+        return runtimeSize(volume, model == MemoryModel::Runtime ? GameTexels::Halves : GameTexels::Bc6h).bytes;
     const glm::ivec3 size = StraightField(volume).box({}).size();
     return denseTextureBytes(std::int64_t{size.x} * size.y * size.z, volume.field.channels()) * (volume.second ? 2 : 1);
 }
@@ -184,9 +188,9 @@ LightVolume planned(const LightVolume& volume, const ExportPlan& plan, const Sce
             out.field = std::move(there.first), out.second = std::move(there.second);
         }
     }
-    // The second lobe lies on the first one's voxels, and light that repeats may not be even at its seam.
-    if (plan.two_levels_in == 0 || out.second || out.metadata.contains("period")) return out;
-    return inTwoLevels(std::move(out), plan.two_levels_in, monitor);
+    // Light that repeats may not be even at its seam.
+    if (plan.two_levels_in == 0 || out.metadata.contains("period")) return out;
+    return inTwoLevels(std::move(out), plan.two_levels_in, plan.texels, monitor);
 }
 
 ExportPlan sharedPlan(const LightVolume& volume, ExportPlan plan, const Scene* scene, Monitor& monitor) {
@@ -210,7 +214,8 @@ std::size_t fittingPlan(const LightVolume& volume, const std::vector<ExportPlan>
         const bool hopeless = !plans[i].band && everything / std::pow(widths, 3) > static_cast<double>(budget_bytes);
         if (hopeless && i + 1 < plans.size()) continue;
         monitor.progress("fit", static_cast<double>(i) / static_cast<double>(plans.size()));
-        if (plans[i].factor != level_factor) level.emplace(planned(volume, {plans[i].factor, {}}, scene, monitor));
+        if (plans[i].factor != level_factor)
+            level.emplace(planned(volume, ExportPlan{plans[i].factor, {}}, scene, monitor));
         level_factor = plans[i].factor;
         ExportPlan rest = plans[i];
         rest.factor = 1;

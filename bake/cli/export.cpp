@@ -20,6 +20,7 @@
 #include "bake/cli/export_web.h"
 #include "bake/cli/json.h"
 #include "bake/cli/verbs.h"
+#include "bake/file/compressed_light.h"
 #include "bake/file/l1_textures.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/output_set.h"
@@ -63,8 +64,11 @@ struct Selection {
     std::optional<Scene> scene;
     std::optional<ExportPlan> plan;  ///< of a budget
     const Scene* receivers() const { return scene ? &*scene : nullptr; }
+    bool compresses() const { return plan && plan->texels == GameTexels::Bc6h; }
     LightVolume of(const LightVolume& volume, Terminal& terminal) const {
-        return planned(volume, *plan, receivers(), terminal);
+        LightVolume out = planned(volume, *plan, receivers(), terminal);
+        if (compresses()) compressLight(out, terminal);
+        return out;
     }
 };
 
@@ -232,6 +236,7 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
     };
     if (arguments.precision) refuse("--precision");
     if (arguments.codec) refuse("--codec");
+    if (arguments.compress) refuse("--compress");
 }
 
 /// Claims the files of one volume, before any is made.
@@ -246,57 +251,79 @@ void claim(OutputSet& outputs, const std::string& output, Format format) {
 }
 
 void checkBudget(const ExportArguments& arguments) {
+    if (arguments.compress == ExportTexels::Auto && !arguments.budget_mb)
+        throw Error(ErrorCode::Usage, "auto compares errors within a budget; give --budget too, or bc6h", "--compress");
     if (arguments.budget_mb && (!(*arguments.budget_mb > 0) || *arguments.budget_mb > 1e9))
         throw Error(ErrorCode::Usage,
                     fmt::format("a budget of {} MB; it must be above 0 and at most 1e9", *arguments.budget_mb),
                     "--budget");
-    if (!arguments.scene.empty() && !arguments.budget_mb && arguments.web.empty() &&
+    if (!arguments.scene.empty() && !arguments.budget_mb && !arguments.compress && arguments.web.empty() &&
         !arguments.output.ends_with(".usda"))
         throw Error(ErrorCode::Usage,
                     "tells --budget where the receivers are, or --web what is to be seen; give one of them", "--scene");
 }
 
-MemoryModel memoryOf(Format format) { return format == Format::Nvdb ? MemoryModel::Runtime : MemoryModel::Dense; }
+MemoryModel memoryOf(Format format, GameTexels texels) {
+    if (format != Format::Nvdb) return MemoryModel::Dense;
+    return texels == GameTexels::Bc6h ? MemoryModel::RuntimeBc6h : MemoryModel::Runtime;
+}
 
 /// One plan for all volumes: that of the one that must leave out the most.
-Selection select(const ExportArguments& arguments, Format format, Terminal& terminal) {
-    Selection selection;
-    if (!arguments.budget_mb) return selection;
-    if (!arguments.scene.empty()) selection.scene = loadScene(arguments.scene, 0, terminal);
+ExportPlan planOf(const ExportArguments& arguments, Format format, GameTexels texels, const Scene* receivers,
+                  Terminal& terminal) {
+    if (!arguments.budget_mb) return {.texels = texels};
     const auto bytes = static_cast<std::int64_t>(*arguments.budget_mb * kMiB);
     const bool two = format == Format::Nvdb && arguments.levels == 2;
     const std::vector<ExportPlan> plans =
-        exportPlans(selection.receivers(), two ? ExportLevels::Two : ExportLevels::One, bytes);
+        exportPlans(receivers, two ? ExportLevels::Two : ExportLevels::One, bytes, texels);
     std::size_t chosen = 0;
     const std::vector<std::string> all = sharing(arguments);
     for (const std::string& path : all)
-        chosen = fittingPlan(readVdb(path), plans, chosen, bytes, memoryOf(format), selection.receivers(), terminal);
-    selection.plan = sharedPlan(readVdb(all.front()), plans[chosen], selection.receivers(), terminal);
+        chosen = fittingPlan(readVdb(path), plans, chosen, bytes, memoryOf(format, texels), receivers, terminal);
+    return sharedPlan(readVdb(all.front()), plans[chosen], receivers, terminal);
+}
+
+Selection select(const ExportArguments& arguments, Format format, Terminal& terminal) {
+    Selection selection;
+    const ExportTexels texels = arguments.compress.value_or(ExportTexels::None);
+    if (!arguments.budget_mb && texels == ExportTexels::None) return selection;
+    if (!arguments.scene.empty()) selection.scene = loadScene(arguments.scene, 0, terminal);
+    const auto plan = [&](GameTexels of) { return planOf(arguments, format, of, selection.receivers(), terminal); };
+    selection.plan = plan(texels == ExportTexels::Bc6h ? GameTexels::Bc6h : GameTexels::Halves);
+    if (texels != ExportTexels::Auto) return selection;
+    // Whichever of the two leaves the smaller error in the first volume.
+    Selection blocks;
+    blocks.plan = plan(GameTexels::Bc6h);
+    const LightVolume first = readVdb(sharing(arguments).front());
+    const auto errorOf = [&](const ExportPlan& of) {
+        const Selection one{selection.scene, of};
+        return meanError(exportError(first, one.of(first, terminal), selection.receivers()));
+    };
+    if (first.field.channels().flux && errorOf(*blocks.plan) < errorOf(*selection.plan)) selection.plan = blocks.plan;
     return selection;
 }
 
 /// What a budget cost, said and returned.
 Json budgetReport(const LightVolume& source, const LightVolume& exported, const Selection& selection, Format format,
                   Terminal& terminal) {
-    const std::int64_t bytes = gameBytes(exported, memoryOf(format));
-    const Json error = exportError(source, exported, selection.receivers());
     const ExportPlan& plan = *selection.plan;
-    const RuntimeSize size = runtimeSize(exported);
+    const std::int64_t bytes = gameBytes(exported, memoryOf(format, plan.texels));
+    const Json error = exportError(source, exported, selection.receivers());
+    const RuntimeSize size = runtimeSize(exported, plan.texels);
     const double coarse = format == Format::Nvdb && size.bricks > 0
                               ? static_cast<double>(size.coarse) / static_cast<double>(size.bricks)
                               : 0;
     terminal.say(fmt::format(
-        "  {:.2f} MiB in a game; voxels {}{}, {}", static_cast<double>(bytes) / kMiB,
+        "  {:.2f} MiB in a game{}; voxels {}{}, {}", static_cast<double>(bytes) / kMiB,
+        selection.compresses() ? " as BC6H" : "",
         plan.factor == 1 ? std::string("as baked") : fmt::format("{} times as wide", plan.factor),
         coarse > 0 ? fmt::format(" and twice that where light is smooth ({} of {} bricks)", size.coarse, size.bricks)
                    : std::string(),
         plan.band ? fmt::format("{} around receivers", *plan.band) : "all kept"));
     terminal.say("  " + errorText(error));
-    return {{"game_bytes", bytes},
-            {"factor", plan.factor},
-            {"band", plan.band ? Json(*plan.band) : Json(nullptr)},
-            {"coarse_bricks", coarse},
-            {"error", error}};
+    return {{"game_bytes", bytes},     {"compression", selection.compresses() ? "bc6h" : "none"},
+            {"factor", plan.factor},   {"band", plan.band ? Json(*plan.band) : Json(nullptr)},
+            {"coarse_bricks", coarse}, {"error", error}};
 }
 
 std::string precisionName(const ExportArguments& arguments, Format format) {

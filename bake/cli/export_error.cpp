@@ -144,6 +144,13 @@ Json exportError(const LightVolume& source, const LightVolume& exported, const S
     return {{"volume", volumeError(source, rounded)}, {"receivers", receivers}};
 }
 
+double meanError(const Json& error) {
+    double sum = 0;
+    for (const Json& receiver : error["receivers"]) sum += receiver["relative_l1"].get<double>();
+    const auto count = static_cast<double>(error["receivers"].size());
+    return count > 0 ? sum / count : error["volume"]["relative_l1"].get<double>();
+}
+
 std::string errorText(const Json& error) {
     const auto percent = [](const Json& of) {
         return fmt::format("{:.3g} % (L1), {:.3g} % (RMSE)", 100 * of["relative_l1"].get<double>(),

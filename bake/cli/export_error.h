@@ -13,6 +13,10 @@ namespace photic::cli {
 /// point in each kept voxel with light (all of them, or evenly spread ones of very many), and on planar receivers.
 Json exportError(const LightVolume& source, const LightVolume& exported, const Scene* scene);
 
+/// The number by which exports are compared: relative L1 on receivers, their mean, or in the volume where there are
+/// none.
+double meanError(const Json& error);
+
 /// `exportError` for people.
 std::string errorText(const Json& error);
 

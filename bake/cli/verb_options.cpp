@@ -339,6 +339,11 @@ void bindExport(CLI::App& app, ExportArguments& a) {
                  "Of an .nvdb with --budget: 2 lets smooth light have voxels twice as wide, 1 does not (default: 2)")
               ->check(CLI::Range(1, 2)),
           "N");
+    named<ExportTexels>(
+        app, "--compress", {{"none", ExportTexels::None}, {"bc6h", ExportTexels::Bc6h}, {"auto", ExportTexels::Auto}},
+        a.compress,
+        "Of an .nvdb: light in blocks of BC6H, two bytes a voxel; auto: where --budget leaves a smaller "
+        "error with it (default: none)");
     value(
         app.add_option(
             "--scene", a.scene,

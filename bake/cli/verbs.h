@@ -91,6 +91,9 @@ struct PictureArguments {
     std::string look = "cutaway";
 };
 
+/// How an .nvdb holds what goes to a GPU: half floats, blocks of BC6H, or whichever has the smaller error in a budget.
+enum class ExportTexels { None, Bc6h, Auto };
+
 struct ExportArguments {
     std::vector<std::string> volumes;  ///< several: frames of a sequence, laid out alike
     std::string output;                ///< its extension says the format
@@ -99,10 +102,11 @@ struct ExportArguments {
     bool l1 = false;                   ///< harmonics of what faces get, instead of flux and irradiance
     std::optional<NvdbPrecision> precision;
     std::optional<NvdbCodec> codec;
-    std::optional<double> budget_mb;  ///< of memory in a game
-    int levels = 2;                   ///< of voxels that the budget may use at once, of an .nvdb
-    std::string scene;                ///< where the receivers are, for the budget and the page
-    std::string box;                  ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
+    std::optional<double> budget_mb;       ///< of memory in a game
+    int levels = 2;                        ///< of voxels that the budget may use at once, of an .nvdb
+    std::optional<ExportTexels> compress;  ///< of an .nvdb; nothing: half floats
+    std::string scene;                     ///< where the receivers are, for the budget and the page
+    std::string box;                       ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
     /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.
     std::vector<std::string> sequence;
     std::optional<double> voxel_size;  ///< [m] of formulas in an .ivol; absent: the scene's

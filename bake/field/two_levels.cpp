@@ -118,22 +118,27 @@ void copyLeaf(const LightField& from, int slot, LightField& to, int to_slot) {
 
 }  // namespace
 
-TwoLevels::TwoLevels(const LightField& field, const Monitor& monitor)
-    : field_(field), coarse_(coarsened(field, 2, monitor, CoarseCentres::OnFineOnes)) {
-    std::vector<double> costs(static_cast<std::size_t>(field.leafCount()), 0);
-    forEachLeaf(field.needed(), [&](int slot) {
-        if (field.state(slot) != LeafState::Empty)
-            costs[static_cast<std::size_t>(slot)] = leafCost(field, coarse_, slot);
-    });
-    monitor.checkCancelled();
+TwoLevels::TwoLevels(const LightField& field, const LightField* second, const Monitor& monitor)
+    : field_(field), second_(second), coarse_(coarsened(field, 2, monitor, CoarseCentres::OnFineOnes)) {
+    if (second) coarse_second_ = coarsened(*second, 2, monitor, CoarseCentres::OnFineOnes);
     // Leaves of light and their cost, for each block.
     std::map<std::tuple<int, int, int>, std::pair<int, double>> sums;
-    for (int slot = 0; slot < field.leafCount(); ++slot) {
-        if (field.state(slot) == LeafState::Empty) continue;
-        const glm::ivec3 block = blockOf(field.needed().leafOrigin(slot));
-        auto& [leaves, cost] = sums[{block.x, block.y, block.z}];
-        ++leaves, cost += costs[static_cast<std::size_t>(slot)];
-    }
+    const auto add = [&](const LightField& lobe, const LightField& coarse) {
+        std::vector<double> costs(static_cast<std::size_t>(lobe.leafCount()), 0);
+        forEachLeaf(lobe.needed(), [&](int slot) {
+            if (lobe.state(slot) != LeafState::Empty)
+                costs[static_cast<std::size_t>(slot)] = leafCost(lobe, coarse, slot);
+        });
+        monitor.checkCancelled();
+        for (int slot = 0; slot < lobe.leafCount(); ++slot) {
+            if (lobe.state(slot) == LeafState::Empty) continue;
+            const glm::ivec3 block = blockOf(lobe.needed().leafOrigin(slot));
+            auto& [leaves, cost] = sums[{block.x, block.y, block.z}];
+            ++leaves, cost += costs[static_cast<std::size_t>(slot)];
+        }
+    };
+    add(field, coarse_);
+    if (second) add(*second, *coarse_second_);
     for (const auto& [at, sum] : sums) {
         if (sum.first < 2) continue;
         blocks_.push_back({{std::get<0>(at), std::get<1>(at), std::get<2>(at)}, sum.second / (sum.first - 1)});
@@ -160,6 +165,10 @@ TwoLevels::Made TwoLevels::with(int count) const {
             const glm::ivec3 step(n % 3, n / 3 % 3, n / 9);
             const glm::ivec3 origin = CoarseBlocks::kSide * block + 8 * step;
             NeededVoxels::Mask mask = litMask(coarse_, origin);
+            if (coarse_second_) {
+                const NeededVoxels::Mask other = litMask(*coarse_second_, origin);
+                for (std::size_t w = 0; w < mask.size(); ++w) mask[w] |= other[w];
+            }
             for (std::size_t i = 0; i < kVoxels; ++i) {
                 const glm::ivec3 voxel(i >> 6, i >> 3 & 7, i & 7);
                 for (int a = 0; a < 3; ++a)
@@ -170,27 +179,40 @@ TwoLevels::Made TwoLevels::with(int count) const {
     }
     needed.finish();
 
-    LightField out(std::make_shared<const NeededVoxels>(std::move(needed)), field_.channels());
-    forEachLeaf(out.needed(), [&](int slot) {
-        const glm::ivec3 origin = out.needed().leafOrigin(slot);
-        const int from = field_.needed().slotOf(origin);
-        if (from >= 0) copyLeaf(field_, from, out, slot);
-        std::array<bool, kVoxels> wide_here;
-        bool any = false;
-        for (std::size_t i = 0; i < kVoxels; ++i) {
-            wide_here[i] = inMarked(blocks, origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
-            any = any || wide_here[i];
-        }
-        if (!any) return;
-        float* to = out.makeDense(slot);
-        std::array<float, kVoxels> wide;
-        for (int c = 0; c < out.channels().count(); ++c) {
-            lookUpLeaf(coarse_, origin, c, wide.data());
-            for (std::size_t i = 0; i < kVoxels; ++i)
-                if (wide_here[i]) to[static_cast<std::size_t>(c) * kVoxels + i] = wide[i];
-        }
-    });
-    return {std::move(out), std::move(blocks)};
+    const auto shared = std::make_shared<const NeededVoxels>(std::move(needed));
+    const auto made = [&](const LightField& field, const LightField& coarse) {
+        LightField out(shared, field.channels());
+        forEachLeaf(out.needed(), [&](int slot) {
+            const glm::ivec3 origin = out.needed().leafOrigin(slot);
+            const int from = field.needed().slotOf(origin);
+            if (from >= 0) copyLeaf(field, from, out, slot);
+            std::array<bool, kVoxels> wide_here;
+            bool any = false;
+            for (std::size_t i = 0; i < kVoxels; ++i) {
+                wide_here[i] = inMarked(blocks, origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
+                any = any || wide_here[i];
+            }
+            if (!any) return;
+            const bool was_dark = out.state(slot) == LeafState::Empty;
+            float* to = out.makeDense(slot);
+            std::array<float, kVoxels> wide;
+            bool lit = !was_dark;
+            for (int c = 0; c < out.channels().count(); ++c) {
+                lookUpLeaf(coarse, origin, c, wide.data());
+                for (std::size_t i = 0; i < kVoxels; ++i) {
+                    if (!wide_here[i]) continue;
+                    to[static_cast<std::size_t>(c) * kVoxels + i] = wide[i];
+                    lit = lit || wide[i] != 0;
+                }
+            }
+            if (!lit) out.setEmpty(slot);  // of a second lobe most are
+        });
+        return out;
+    };
+    Made out{made(field_, coarse_), std::nullopt, {}};
+    if (second_) out.second = made(*second_, *coarse_second_);
+    out.blocks = std::move(blocks);
+    return out;
 }
 
 }  // namespace photic

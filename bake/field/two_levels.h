@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bake/field/coarse_blocks.h"
@@ -17,17 +18,19 @@ namespace photic {
 /// whole field by least squares (coarsened()). A block includes its far sides: neighbours share them, and what a
 /// look-up reads is the same from either side.
 ///
-/// Blocks are ordered by what they cost, error for each brick that they save.
+/// Blocks are ordered by what they cost, error for each brick that they save. Two lobes have the same blocks.
 class TwoLevels {
 public:
+    /// @param second  the second lobe, on the same voxels; or null
     /// @throws Error{Cancelled}
-    TwoLevels(const LightField& field, const Monitor& monitor);
+    TwoLevels(const LightField& field, const LightField* second, const Monitor& monitor);
 
     /// Blocks that save something.
     int blockCount() const { return static_cast<int>(blocks_.size()); }
 
     struct Made {
         LightField field;  ///< on the voxels of the given one and those that the blocks add at its border
+        std::optional<LightField> second;
         CoarseBlocks blocks;
     };
     /// The first so many blocks made coarse.
@@ -39,7 +42,9 @@ private:
         double cost;  ///< sum over needed voxels of |new - old| irradiance [W/m2], over the leaves that it saves
     };
     const LightField& field_;
+    const LightField* second_;
     LightField coarse_;
+    std::optional<LightField> coarse_second_;
     std::vector<Block> blocks_;
 };
 

@@ -10,12 +10,14 @@
 
 #include "bake/file/active_leaves.h"
 #include "bake/file/checked_file.h"
+#include "bake/file/compressed_light.h"
 #include "bake/file/nvdb.h"
 #include "bake/file/output_set.h"
 #include "bake/file/runtime_metadata.h"
 #include "bake/file/voxel_encoding.h"
 #include "bake/libraries/nanovdb.h"
 #include "bake/report/error.h"
+#include "runtime/format/light_volume_format.h"
 
 namespace photic {
 namespace {
@@ -193,6 +195,15 @@ FileGrids gridsOf(const LightVolume& volume, const std::vector<ActiveLeaf>& leav
     addLobe(volume.field, leaves, "", blind);
     if (const std::vector<ActiveLeaf> second = secondLobeLeaves(volume, leaves); !second.empty())
         addLobe(*volume.second, second, "_2", {});
+    constexpr const char* kLobes[] = {"", "_2"};
+    for (std::size_t lobe = 0; lobe < 2; ++lobe) {
+        if (!volume.compressed[lobe]) continue;
+        // A grid that has nothing but its blind data.
+        file.grids.push_back(buildGrid<float, float>(std::string(format::kBlocksGrid) + kLobes[lobe],
+                                                     volume.field.frame(), {}, volume.compressed[lobe]->bytes(),
+                                                     [](const ActiveLeaf&, float*) {}));
+        file.active.push_back(0);
+    }
     return file;
 }
 

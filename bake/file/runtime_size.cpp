@@ -4,26 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/ext/vector_int3_sized.hpp>
 #include <limits>
 #include <vector>
-
-#include "bake/field/coarse_blocks.h"
-#include "bake/file/active_leaves.h"
 
 namespace photic {
 namespace {
 
 constexpr std::int64_t kTexelBytes = 8, kBrickVoxels = 9 * 9 * 9, kPageBytes = 4;
 constexpr double kDenseAbove = 0.7;
-
-// A leaf's voxels with x, y or z = 0, in the order of its mask's bits.
-NeededVoxels::Mask nearSide(int axis) {
-    NeededVoxels::Mask side{};
-    for (int i = 0; i < 512; ++i) {
-        if ((i >> (3 * (2 - axis)) & 7) == 0) side[static_cast<std::size_t>(i >> 6)] |= std::uint64_t{1} << (i & 63);
-    }
-    return side;
-}
 
 // Rounded up to a box of bricks, as an atlas is.
 std::int64_t atlasBricks(std::int64_t count) {
@@ -32,59 +21,9 @@ std::int64_t atlasBricks(std::int64_t count) {
     return side * y * ((count + side * y - 1) / (side * y));
 }
 
-/// Of the volume that these leaves make.
-RuntimeSize sizeOf(const std::vector<ActiveLeaf>& leaves, FieldChannels channels, const CoarseBlocks& coarse = {}) {
-    const std::array<NeededVoxels::Mask, 3> sides{nearSide(0), nearSide(1), nearSide(2)};
-    std::vector<std::array<int, 3>> pages;
-    glm::ivec3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
-    for (const ActiveLeaf& leaf : leaves) {
-        const glm::ivec3 page = leaf.origin / 8;  // exact: a multiple
-        // The page itself, and those before it whose far side reads this leaf's near side.
-        for (int n = 0; n < 8; ++n) {
-            NeededVoxels::Mask read = leaf.mask;
-            for (std::size_t axis = 0; axis < 3; ++axis) {
-                if (!(n >> axis & 1)) continue;
-                for (std::size_t w = 0; w < 8; ++w) read[w] &= sides[axis][w];
-            }
-            if (std::all_of(read.begin(), read.end(), [](std::uint64_t word) { return word == 0; })) continue;
-            pages.push_back({page.x - (n & 1), page.y - (n >> 1 & 1), page.z - (n >> 2 & 1)});
-        }
-        for (int i = 0; i < 512; ++i) {
-            if (!NeededVoxels::maskBit(leaf.mask, i)) continue;
-            const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7);
-            low = glm::min(low, voxel), high = glm::max(high, voxel);
-        }
-    }
-    std::sort(pages.begin(), pages.end());
-    pages.erase(std::unique(pages.begin(), pages.end()), pages.end());
-
-    RuntimeSize size;
-    std::vector<std::array<int, 3>> wide;  // blocks that pages share
-    const auto own = static_cast<std::int64_t>(pages.size());
-    std::erase_if(pages, [&](const std::array<int, 3>& page) {
-        const std::array<int, 3> block{page[0] >> 1, page[1] >> 1, page[2] >> 1};
-        if (!coarse.has({block[0], block[1], block[2]})) return false;
-        wide.push_back(block);
-        return true;
-    });
-    std::sort(wide.begin(), wide.end());
-    wide.erase(std::unique(wide.begin(), wide.end()), wide.end());
-    size.coarse = static_cast<std::int64_t>(wide.size());
-    size.bricks = static_cast<std::int64_t>(pages.size()) + size.coarse;
-    size.pages = 1;
-    std::int64_t texels = 1;
-    for (int a = 0; a < 3; ++a) {
-        // Cells begin one before the first voxel; the dense texture has one voxel more at the far side.
-        // With two levels the table begins where blocks do.
-        const int first = (low[a] - 1) >> 3;
-        size.pages *= (high[a] >> 3) - (coarse.empty() ? first : first & ~1) + 1;
-        texels *= high[a] - low[a] + 3;
-    }
-    const double fill = static_cast<double>(own) / static_cast<double>(size.pages);
-    size.dense = fill > kDenseAbove && coarse.empty();
-    const std::int64_t brick_texels = atlasBricks(size.bricks + 1) * kBrickVoxels;  // brick 0 is dark
-    size.bytes = size.pages * kPageBytes + denseTextureBytes(size.dense ? texels : brick_texels, channels);
-    return size;
+/// Blocks of 4 x 4 texels in x and y, two textures of 16 bytes a block.
+std::int64_t blockBytes(std::int64_t width, std::int64_t height, std::int64_t depth) {
+    return (width + 3) / 4 * ((height + 3) / 4) * depth * 32;
 }
 
 }  // namespace
@@ -93,18 +32,44 @@ std::int64_t denseTextureBytes(std::int64_t texels, FieldChannels channels) {
     return texels * kTexelBytes * (channels.irradiance == 3 ? 2 : 1);
 }
 
-RuntimeSize runtimeSize(const LightVolume& volume) {
+RuntimeSize runtimeSize(const BrickPages& pages, FieldChannels channels, const CoarseBlocks& coarse,
+                        GameTexels texels) {
+    RuntimeSize size;
+    size.coarse = static_cast<std::int64_t>(pages.blocks.size());
+    size.bricks = static_cast<std::int64_t>(pages.pages.size()) + size.coarse;
+    size.pages = 1;
+    glm::i64vec3 box(1);
+    for (int a = 0; a < 3; ++a) {
+        // Cells begin one before the first voxel; the dense texture has one voxel more at the far side.
+        // With two levels the table begins where blocks do.
+        const int first = (pages.low[a] - 1) >> 3;
+        size.pages *= (pages.high[a] >> 3) - (coarse.empty() ? first : first & ~1) + 1;
+        box[a] = pages.high[a] - pages.low[a] + 3;
+    }
+    const std::int64_t bricks = atlasBricks(size.bricks + 1);  // brick 0 is dark
+    if (texels == GameTexels::Bc6h) {
+        const std::int64_t dense = blockBytes(box.x, box.y, box.z), atlas = bricks * blockBytes(12, 12, 9);
+        size.dense = pages.repeats || (dense < atlas && coarse.empty());
+        size.bytes = size.pages * kPageBytes + (size.dense ? dense : atlas);
+        return size;
+    }
+    const double fill = static_cast<double>(pages.own) / static_cast<double>(size.pages);
+    size.dense = fill > kDenseAbove && coarse.empty();
+    size.bytes = size.pages * kPageBytes +
+                 denseTextureBytes(size.dense ? box.x * box.y * box.z : bricks * kBrickVoxels, channels);
+    return size;
+}
+
+RuntimeSize runtimeSize(const LightVolume& volume, GameTexels texels) {
     const FieldChannels channels = volume.field.channels();
     const std::vector<ActiveLeaf> leaves = activeLeaves(volume, ActiveBy::Light);
-    const auto blocks = volume.metadata.find("coarse_blocks");
-    const CoarseBlocks coarse =
-        blocks == volume.metadata.end() ? CoarseBlocks() : CoarseBlocks::fromText(blocks->second);
-    RuntimeSize size = sizeOf(leaves, channels, coarse);
+    const CoarseBlocks coarse = coarseBlocksOf(volume);
+    RuntimeSize size = runtimeSize(brickPages(volume, leaves, coarse), channels, coarse, texels);
     const std::vector<ActiveLeaf> second = secondLobeLeaves(volume, leaves);
     if (!second.empty()) {
         // A volume of its own.
-        const RuntimeSize more = sizeOf(second, channels);
-        size.bricks += more.bricks, size.pages += more.pages, size.bytes += more.bytes;
+        const RuntimeSize more = runtimeSize(brickPages(volume, second, coarse), channels, coarse, texels);
+        size.bricks += more.bricks, size.coarse += more.coarse, size.pages += more.pages, size.bytes += more.bytes;
     }
     return size;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@ namespace photic {
 
 class CheckedFile;
 class OutputSet;
+struct CompressedLight;
 
 enum class Compression { None, Mask, Blosc, Zip };
 
@@ -32,6 +34,8 @@ struct LightVolume {
     /// The second lobe, on the same voxels as `field`, which then holds the first: light that travels against the axis
     /// `lobe_axis` of the metadata, where light opposes itself. All light is the sum of both.
     std::optional<LightField> second = {};
+    /// Both lobes as blocks for a GPU (compressed_light.h), or null; the fields then hold what those decode to.
+    std::array<std::shared_ptr<const CompressedLight>, 2> compressed = {};
 };
 
 /// The volume with all light in one lobe.

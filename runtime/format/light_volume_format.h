@@ -55,6 +55,13 @@ inline constexpr float kLargest = 65504.0f;
 /// Voxels with more irradiance (in units of the reference) or density than this are active.
 inline constexpr float kActiveAbove = 1e-6f;
 
+// Light in BC6H blocks (docs/files.md): the blind data of a grid without voxels beside those of an .nvdb.
+inline constexpr const char* kBlocksGrid = "bc6h";  // of the second lobe with _2 behind it
+inline constexpr char kBlocksMagic[] = "PhoticB6";  // its first eight bytes, without a NUL
+inline constexpr unsigned kBlocksVersion = 1;
+inline constexpr unsigned kBlocksBricks = 1, kBlocksBox = 2;      // how the textures hold voxels
+inline constexpr unsigned kBlocksHeader = 64, kBlocksBrick = 16;  // [bytes]
+
 /// Of the slice atlas's JSON sidecar (docs/schemas/atlas.md).
 inline constexpr int kAtlasVersion = 1;
 inline constexpr int kAtlasLargestSide = 16384;   // texels: the limit of textures on current GPUs

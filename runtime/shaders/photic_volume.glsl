@@ -15,7 +15,8 @@
 #define PHOTIC_AT(number) binding = number
 #endif
 // PHOTIC_LAYOUT: 1 atlas, 2 dense; not defined: as the parameters say.
-// PHOTIC_COLOURED, PHOTIC_REPEATS: 0 or 1 where that is known, which saves a test or work; not defined: as the parameters say.
+// PHOTIC_COLOURED, PHOTIC_REPEATS, PHOTIC_BC6H: 0 or 1 where that is known, which saves a test or work; not defined: as the
+// parameters say.
 // PHOTIC_LIGHT_IN_BUFFER: the bricks lie in a storage buffer.
 // PHOTIC_MOVERS: what moves darkens the light (photic_movers.glsl).
 // PHOTIC_EXACT: eight reads weighted in float instead of the hardware's filter.
@@ -44,10 +45,11 @@ layout(std140, PHOTIC_AT(PHOTIC_BINDING_BUFFER)) uniform photic_parameters {
     int photic_directed;     // 1 when there are directions
     ivec3 photic_period;     // cells after which the light repeats, 0: it does not
     int photic_repeats;      // 1 when it does along any axis
-    ivec4 photic_dense_min;  // xyz: cell that the dense texture's first texel stands for
+    ivec4 photic_dense_min;  // xyz: cell that the dense texture's first texel stands for; w: 1 where textures are BC6H
     vec4 photic_texel;       // xyz: 1 / size of the texture
     vec4 photic_lit_min;     // xyz: local box outside of which all is dark; unbounded where the light repeats
     vec4 photic_lit_max;
+    vec4 photic_mirror;      // xyz: of BC6H's flux; w: the bias on what BC6H stores
 };
 
 layout(PHOTIC_AT(PHOTIC_BINDING_PAGES)) uniform highp usampler3D photic_pages;
@@ -68,6 +70,9 @@ layout(PHOTIC_AT(PHOTIC_BINDING_COLOUR)) uniform highp sampler3D photic_rgb;
 #endif
 #ifndef PHOTIC_REPEATS
 #define PHOTIC_REPEATS photic_repeats
+#endif
+#ifndef PHOTIC_BC6H
+#define PHOTIC_BC6H photic_dense_min.w
 #endif
 
 /// Position in voxels, near 0 in the volume's middle, so that float has bits left for the fraction.
@@ -144,6 +149,13 @@ ivec3 photicInBrick(uint entry, ivec3 cell, inout vec3 fraction) {
     return at >> 1;
 }
 
+/// Flux and mean of what BC6H's textures have: mirrored flux, and colour, both with a bias, which is taken off `colour` too.
+vec4 photicOfBlocks(vec3 stored, inout vec4 colour) {
+    stored -= photic_mirror.w;
+    colour = max(colour - photic_mirror.w, vec4(0.0));
+    return vec4(stored - 2.0 * dot(photic_mirror.xyz, stored) * photic_mirror.xyz, (colour.x + colour.y + colour.z) / 3.0);
+}
+
 /// Light at a local position.
 PhoticLight photicSampleLocal(vec3 local) {
     PhoticLight light = PhoticLight(vec3(0.0), vec3(0.0), 0.0);
@@ -152,6 +164,9 @@ PhoticLight photicSampleLocal(vec3 local) {
     if (!photicCell(local, cell, fraction)) return light;
     vec4 v, colour;
     bool coloured = PHOTIC_COLOURED != 0;
+#ifndef PHOTIC_LIGHT_IN_BUFFER
+    bool blocks = PHOTIC_BC6H != 0;
+#endif
 #ifdef PHOTIC_LIGHT_IN_BUFFER
     uint entry = photicPage(cell), brick = entry & 0xffffffu, stride = coloured ? 4u : 2u;
     if (brick == 0u) return light;
@@ -167,8 +182,10 @@ PhoticLight photicSampleLocal(vec3 local) {
     } else {
         uint entry = photicPage(cell);
         ivec3 brick = ivec3(entry & 255u, entry >> 8 & 255u, entry >> 16 & 255u);
-        // Of the dark brick the top byte says something else, and all of it is dark.
-        texel = brick * 9 + (brick == ivec3(0) ? ivec3(0) : photicInBrick(entry, cell, fraction));
+        // Of the dark brick the top byte says something else, and all of it is dark. As BC6H it is not: of it no bias is
+        // taken.
+        if (blocks && brick == ivec3(0)) return light;
+        texel = brick * (blocks ? ivec3(12, 12, 9) : ivec3(9)) + (brick == ivec3(0) ? ivec3(0) : photicInBrick(entry, cell, fraction));
     }
 #ifdef PHOTIC_EXACT
     ivec3 next = texel + 1;
@@ -177,12 +194,13 @@ PhoticLight photicSampleLocal(vec3 local) {
     if (PHOTIC_REPEATS != 0 && dense && photic_period.y != 0 && next.y == photic_period.y) next.y = 0;
     if (PHOTIC_REPEATS != 0 && dense && photic_period.z != 0 && next.z == photic_period.z) next.z = 0;
     v = photicWeighted(photic_light, texel, next, fraction);
-    colour = coloured ? photicWeighted(photic_rgb, texel, next, fraction) : vec4(v.w);
+    colour = coloured || blocks ? photicWeighted(photic_rgb, texel, next, fraction) : vec4(v.w);
 #else
     vec3 uvw = (vec3(texel) + fraction + 0.5) * photic_texel.xyz;
     v = textureLod(photic_light, uvw, 0.0);
-    colour = coloured ? textureLod(photic_rgb, uvw, 0.0) : vec4(v.w);
+    colour = coloured || blocks ? textureLod(photic_rgb, uvw, 0.0) : vec4(v.w);
 #endif
+    if (blocks) v = photicOfBlocks(v.xyz, colour);
 #endif
     light.flux = v.xyz * photic_unit;
     light.mean = v.w * photic_unit;

@@ -10,8 +10,9 @@ constexpr double kDenseFill = 0.7;     // above it one dense texture is smaller 
 constexpr int kMostBricksASide = 255;  // a byte in an entry
 
 /// How many bricks lie along each axis of the atlas.
-Int3 atlasShape(std::uint32_t bricks, int largest_side) {
-    const int most = std::clamp(largest_side / BrickPlan::kSide, 1, kMostBricksASide);
+/// @param pitch  texels from one to the next along x and y
+Int3 atlasShape(std::uint32_t bricks, int largest_side, int pitch) {
+    const int most = std::clamp(largest_side / pitch, 1, kMostBricksASide);
     const auto count = static_cast<std::int64_t>(bricks);
     const auto side = static_cast<int>(std::ceil(std::cbrt(static_cast<double>(count))));
     const int x = std::min(side, most);
@@ -32,16 +33,20 @@ std::string sideObstacle(const char* what, const Int3& size, int limit) {
 
 }  // namespace
 
-BrickLayout::BrickLayout(const BrickPlan& plan, Layout layout, const Int3& period, int largest_side)
-    : plan_(plan), layout_(layout) {
-    if (layout == Layout::Dense) {
+BrickLayout::BrickLayout(const BrickPlan& plan, Layout layout, const Int3& period, int largest_side,
+                         const BlockTexels* blocks)
+    : plan_(plan), layout_(layout), blocks_(blocks) {
+    if (layout == Layout::Dense && blocks) {
+        size_ = blocks->texels;
+    } else if (layout == Layout::Dense) {
         for (std::size_t a = 0; a < 3; ++a) {
             // One voxel more than cells on axes that end: the last cell reads the dark voxel beyond it.
             size_[a] = std::max(1, plan.cell_max[a] - plan.cell_min[a] + 1 + (period[a] == 0));
         }
     } else if (layout == Layout::Atlas) {
-        atlas_ = atlasShape(plan.brickCount(), largest_side);
-        for (std::size_t a = 0; a < 3; ++a) size_[a] = BrickPlan::kSide * atlas_[a];
+        const int pitch = blocks ? BlockTexels::kPitch : BrickPlan::kSide;
+        atlas_ = atlasShape(plan.brickCount(), largest_side, pitch);
+        size_ = {pitch * atlas_[0], pitch * atlas_[1], BrickPlan::kSide * atlas_[2]};
     }
 }
 
@@ -57,7 +62,33 @@ LayoutNeed BrickLayout::need(std::uint64_t texel_bytes, const GpuLimits& limits)
     std::string obstacle = sideObstacle("the longest side of the 3D texture", size_, limits.texture_3d);
     if (layout_ == Layout::Atlas && atlas_[2] > kMostBricksASide)
         obstacle = "there are more bricks than an atlas numbers";
-    return {pages + texelsOf(size_) * texel_bytes, std::move(obstacle)};
+    // Blocks hold whole groups of 4 x 4 texels.
+    const std::uint64_t texels = blocks_ ? blockLayerBytes() * static_cast<std::uint64_t>(size_[2]) : texelsOf(size_);
+    return {pages + texels * texel_bytes, std::move(obstacle)};
+}
+
+void BrickLayout::fillBlocks(int z, int count, const std::vector<unsigned char>& of, unsigned char* out) const {
+    if (layout_ == Layout::Dense) {
+        std::copy_n(of.data() + static_cast<std::size_t>(z) * blockLayerBytes(),
+                    static_cast<std::size_t>(count) * blockLayerBytes(), out);
+        return;
+    }
+    constexpr std::size_t kAcross = BlockTexels::kPitch / 4, kRow = kAcross * BlockTexels::kBlockBytes;
+    constexpr std::size_t kLayer = kAcross * kRow;
+    std::fill_n(out, static_cast<std::size_t>(count) * blockLayerBytes(), static_cast<unsigned char>(0));
+    const auto nx = static_cast<std::size_t>(atlas_[0]), ny = static_cast<std::size_t>(atlas_[1]);
+    const std::size_t first = nx * ny * static_cast<std::size_t>(z / BrickPlan::kSide);
+    for (std::size_t number = std::max<std::size_t>(1, first); number < first + nx * ny && number < plan_.brickCount();
+         ++number) {
+        const BrickPlan::Brick& brick = plan_.bricks[number - 1];
+        const std::size_t stored = blocks_->numbers.at({brick.page[0], brick.page[1], brick.page[2], brick.step});
+        const std::size_t bx = (number - first) % nx, by = (number - first) / nx;
+        for (std::size_t layer = 0; layer < static_cast<std::size_t>(count); ++layer) {
+            const unsigned char* from = of.data() + (stored * BrickPlan::kSide + layer) * kLayer;
+            unsigned char* to = out + layer * blockLayerBytes() + by * kLayer * nx + bx * kRow;
+            for (std::size_t row = 0; row < kAcross; ++row) std::copy_n(from + row * kRow, kRow, to + row * nx * kRow);
+        }
+    }
 }
 
 std::vector<std::uint32_t> BrickLayout::pageEntries() const {

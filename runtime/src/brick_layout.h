@@ -15,6 +15,7 @@ namespace photic::runtime {
 /// Largest sides and blocks of a GPU.
 struct GpuLimits {
     int texture_3d = 2048;                                   ///< [texels]
+    bool bc6h = true;                                        ///< reads such textures
     std::uint64_t storage_block = std::uint64_t{128} << 20;  ///< [bytes]
 };
 
@@ -30,7 +31,9 @@ struct LayoutNeed {
 class BrickLayout {
 public:
     /// @param layout  not Automatic
-    BrickLayout(const BrickPlan& plan, Layout layout, const Int3& period, int largest_side);
+    /// @param blocks  to be laid out instead of voxels, which serve the plan; or null
+    BrickLayout(const BrickPlan& plan, Layout layout, const Int3& period, int largest_side,
+                const BlockTexels* blocks = nullptr);
 
     /// @param texel_bytes  of all textures together
     LayoutNeed need(std::uint64_t texel_bytes, const GpuLimits& limits) const;
@@ -44,6 +47,13 @@ public:
     /// Texels [z, z + count) of the texture; z is a multiple of slabDepth().
     template <class Texel, class Source>
     void fillSlab(int z, int count, const Source& source, Texel* out) const;
+
+    /// Blocks of layers [z, z + count) of the texture; z is a multiple of slabDepth().
+    /// @param of  those of the textures that a file has: BlockTexels::flux or colour
+    void fillBlocks(int z, int count, const std::vector<unsigned char>& of, unsigned char* out) const;
+    std::size_t blockLayerBytes() const {
+        return BlockTexels::blocksIn(size_[0]) * BlockTexels::blocksIn(size_[1]) * BlockTexels::kBlockBytes;
+    }
 
     /// The bricks of a buffer, brick 0 included: each texel `step` texels behind the one before, from `first` on.
     template <class Texel, class Source>
@@ -62,6 +72,7 @@ private:
 
     const BrickPlan& plan_;
     Layout layout_;
+    const BlockTexels* blocks_;
     Int3 atlas_{0, 0, 0};  ///< bricks along each axis
     Int3 size_{1, 1, 1};   ///< of the texture [texels]
 };

@@ -52,6 +52,14 @@ void GlFunctions::setViewport(GLint x, GLint y, GLsizei width, GLsizei height) c
 
 namespace {
 
+bool hasExtension(const GlFunctions& gl, const char* name) {
+    GLint count = 0;
+    gl.GetIntegerv(GL_NUM_EXTENSIONS, &count);
+    for (GLint i = 0; i < count; ++i)
+        if (textOf(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i))) == name) return true;
+    return false;
+}
+
 /// What of the functions that need not be there may be called.
 void findOptions(GlFunctions& gl) {
     gl.computes = gl.BindImageTexture && gl.DispatchCompute && gl.MemoryBarrier;
@@ -63,6 +71,7 @@ void findOptions(GlFunctions& gl) {
     GLint count = 1;
     gl.GetIntegerv(GL_MAX_DRAW_BUFFERS, &count);
     gl.draw_buffers = each ? std::clamp(static_cast<GLuint>(count), GLuint{1}, kMost) : 1;
+    gl.bc6h = !gl.es || hasExtension(gl, "GL_EXT_texture_compression_bptc");  // OpenGL has it since 4.2
     gl.resets = gl.GetGraphicsResetStatus && (gl.es ? gl.minor >= 2 || gl.major > 3 : gl.minor >= 5 || gl.major > 4);
     // A loader may give pointers to what the context does not have: whether it knows the state tells.
     GLint origin = 0;

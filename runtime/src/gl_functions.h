@@ -37,6 +37,7 @@ namespace photic::runtime {
     F(ClearDepthf, CLEARDEPTHF)                           \
     F(ColorMask, COLORMASK)                               \
     F(CompileShader, COMPILESHADER)                       \
+    F(CompressedTexSubImage3D, COMPRESSEDTEXSUBIMAGE3D)   \
     F(CreateProgram, CREATEPROGRAM)                       \
     F(CreateShader, CREATESHADER)                         \
     F(CullFace, CULLFACE)                                 \
@@ -166,6 +167,7 @@ struct GlFunctions {
     int largest_texture_3d = 0;  ///< [texels a side]
     int largest_texture_2d = 0;
     GLint64 largest_storage_block = 0;  ///< [bytes]
+    bool bc6h = false;                  ///< textures of it, in three dimensions too
     bool computes = false;              ///< compute shaders and what they write to
     bool clip_control = false;          ///< ClipControl
     bool resets = false;                ///< GetGraphicsResetStatus

@@ -20,7 +20,7 @@ namespace {
 struct Part {
     const unsigned char* bytes = nullptr;
     std::uint64_t layers = 0, layer_bytes = 1, sent = 0;  ///< [layers] but the second
-    GLenum internal = 0, format = 0, type = 0;            ///< 0: the storage buffer
+    GLenum internal = 0, format = 0, type = 0;            ///< 0: the storage buffer; without a format: blocks
     Int3 size{0, 0, 0};                                   ///< [texels]
     GLuint* name = nullptr;
 };
@@ -94,11 +94,19 @@ void GpuUpload::Impl::begin(Lobe& lobe) const {
     to.info = bytes.info, to.filter = options.filter;
     std::memcpy(&to.parameters, bytes.parameters.data(), sizeof(to.parameters));
     to.makeSmallParts(bytes.sampler_repeats);
-    const auto halves = [&](const TextureBytes& texture, GLuint& name) {
-        if (texture.size[0] != 0) lobe.parts.push_back(partOf(texture, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, name));
+    const auto light = [&](const TextureBytes& texture, GLuint& name) {
+        if (texture.size[0] == 0) return;
+        if (texture.format == TexelFormat::Rgba16Float) {
+            lobe.parts.push_back(partOf(texture, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, name));
+        } else {
+            const bool with_sign = texture.format == TexelFormat::Bc6hSigned;
+            lobe.parts.push_back(
+                partOf(texture, with_sign ? GL_COMPRESSED_RGB_BPTC_SIGNED_FLOAT : GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT,
+                       0, 0, name));
+        }
     };
-    halves(bytes.light, to.light);
-    halves(bytes.colour, to.rgb);
+    light(bytes.light, to.light);
+    light(bytes.colour, to.rgb);
     if (!bytes.bricks.empty()) {
         Part part;
         part.bytes = bytes.bricks.data(), part.layers = bytes.bricks.size(), part.name = &to.bricks;
@@ -121,8 +129,15 @@ std::uint64_t GpuUpload::Impl::send(Part& part, std::uint64_t most) const {
     } else {
         if (*part.name == 0) *part.name = makeTexture3d(gl, part.internal, part.size, "a volume");
         gl.BindTexture(GL_TEXTURE_3D, *part.name);
-        gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, static_cast<GLint>(part.sent), part.size[0], part.size[1],
-                         static_cast<GLsizei>(layers), part.format, part.type, from);
+        const auto first = static_cast<GLint>(part.sent);
+        const auto count = static_cast<GLsizei>(layers);
+        if (part.format == 0) {
+            gl.CompressedTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, first, part.size[0], part.size[1], count, part.internal,
+                                       static_cast<GLsizei>(layers * part.layer_bytes), from);
+        } else {
+            gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, first, part.size[0], part.size[1], count, part.format, part.type,
+                             from);
+        }
     }
     requireMemory(gl, "a volume");
     part.sent += layers;
@@ -154,6 +169,7 @@ Result<GpuUpload> GpuUpload::start(const GpuContext& context, Volume volume, con
     return guarded([&]() -> Result<GpuUpload> {
         UploadOptions with = options;
         const GpuLimits limits = limitsOf(context.gl(), options);
+        if (!limits.bc6h) with.texels = Texels::Halves;
         with.largest_texture_3d = limits.texture_3d, with.largest_storage_block = limits.storage_block;
         auto impl = std::make_unique<Impl>(context, std::move(volume), with);
         try {

@@ -11,15 +11,16 @@ namespace photic::runtime {
 namespace {
 
 /// How GL is told of texels.
-struct TexelFormat {
+struct GlFormat {
     GLenum internal, format, type;
 };
-constexpr TexelFormat kFourHalves{GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
+constexpr GlFormat kFourHalves{GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT};
+constexpr GLenum kUnsignedBlocks = GL_COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT;
 
 /// A texture of bricks, or a dense one, of any texels: made, and filled slab by slab from a source (brick_layout.h).
 /// @param texture  set at once, so that its owner deletes it when something is thrown. @throws Failure{Memory}
 template <class Texel, class Source>
-void uploadTexture(const GlFunctions& gl, const BrickLayout& bricks, const TexelFormat& format, const Source& source,
+void uploadTexture(const GlFunctions& gl, const BrickLayout& bricks, const GlFormat& format, const Source& source,
                    GLuint& texture) {
     const Int3& size = bricks.textureSize();
     texture = makeTexture3d(gl, format.internal, size, "a volume");
@@ -28,6 +29,23 @@ void uploadTexture(const GlFunctions& gl, const BrickLayout& bricks, const Texel
         const int count = std::min(bricks.slabDepth(), size[2] - z);
         bricks.fillSlab(z, count, source, slab.data());
         gl.TexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, size[0], size[1], count, format.format, format.type, slab.data());
+    }
+    requireMemory(gl, "a volume");
+}
+
+/// The same of BC6H blocks.
+/// @param of  the file's: flux or colour
+void uploadBlocks(const GlFunctions& gl, const BrickLayout& bricks, GLenum internal,
+                  const std::vector<unsigned char>& of, GLuint& texture) {
+    const Int3& size = bricks.textureSize();
+    texture = makeTexture3d(gl, internal, size, "a volume");
+    std::vector<unsigned char> slab(bricks.blockLayerBytes() * static_cast<std::size_t>(bricks.slabDepth()));
+    for (int z = 0; z < size[2]; z += bricks.slabDepth()) {
+        const int count = std::min(bricks.slabDepth(), size[2] - z);
+        bricks.fillBlocks(z, count, of, slab.data());
+        gl.CompressedTexSubImage3D(GL_TEXTURE_3D, 0, 0, 0, z, size[0], size[1], count, internal,
+                                   static_cast<GLsizei>(bricks.blockLayerBytes() * static_cast<std::size_t>(count)),
+                                   slab.data());
     }
     requireMemory(gl, "a volume");
 }
@@ -54,6 +72,10 @@ std::unique_ptr<GpuVolume::Impl> uploadLayout(const GpuContext& context, const V
         const std::vector<Half4> texels = layout.bufferTexels();
         uploadBuffer(gl, GL_SHADER_STORAGE_BUFFER, texels.data(), texels.size() * sizeof(Half4), GL_STATIC_DRAW,
                      impl->bricks);
+    } else if (const BlockTexels* blocks = layout.blocks()) {
+        const GLenum flux = blocks->signed_flux ? GL_COMPRESSED_RGB_BPTC_SIGNED_FLOAT : kUnsignedBlocks;
+        uploadBlocks(gl, bricks, flux, blocks->flux, impl->light);
+        uploadBlocks(gl, bricks, kUnsignedBlocks, blocks->colour, impl->rgb);
     } else {
         uploadTexture<Half4>(gl, bricks, kFourHalves, layout.lightSource(), impl->light);
         if (layout.coloured()) uploadTexture<Half4>(gl, bricks, kFourHalves, layout.colourSource(), impl->rgb);
@@ -66,7 +88,8 @@ std::unique_ptr<GpuVolume::Impl> uploadLayout(const GpuContext& context, const V
 }  // namespace
 
 GpuLimits limitsOf(const GlFunctions& gl, const UploadOptions& options) {
-    GpuLimits limits{gl.largest_texture_3d, static_cast<std::uint64_t>(std::max<GLint64>(0, gl.largest_storage_block))};
+    GpuLimits limits{gl.largest_texture_3d, gl.bc6h,
+                     static_cast<std::uint64_t>(std::max<GLint64>(0, gl.largest_storage_block))};
     if (options.largest_texture_3d > 0) limits.texture_3d = std::min(limits.texture_3d, options.largest_texture_3d);
     if (options.largest_storage_block > 0)
         limits.storage_block = std::min(limits.storage_block, options.largest_storage_block);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "runtime/src/nvdb_layout.h"
 
@@ -111,25 +112,45 @@ void NvdbGrid::readTransform() {
     finishTransform(transform_, bytes_.what());
 }
 
-std::string NvdbGrid::blindText(const std::string& name) const {
+std::uint64_t NvdbGrid::blindRecord(const std::string& name) const {
     const auto count = bytes_.get<std::uint32_t>(kGridBlindCount);
     const auto start = static_cast<std::uint64_t>(bytes_.get<std::int64_t>(kGridBlindOffset));
-    if (count == 0) return {};
+    if (count == 0) return 0;
     bytes_.require(start, count, kBlindSize, "the list of blind data");
     for (std::uint64_t i = 0; i < count; ++i) {
         const std::uint64_t record = start + i * kBlindSize;
-        if (bytes_.text(record + kBlindName, 256, "a blind datum's name") != name) continue;
-        // NanoVDB's own reader counts from the record, its comment and PNanoVDB from the grid: text begins with a
-        // brace.
-        const auto offset = static_cast<std::uint64_t>(bytes_.get<std::int64_t>(record));
-        constexpr std::uint64_t kLargestText = 1 << 20;
-        for (const std::uint64_t at : {record + offset, offset}) {
-            if (at >= bytes_.size() || *bytes_.characters(at) != '{') continue;
-            return {bytes_.characters(at), static_cast<std::size_t>(std::min(bytes_.size() - at, kLargestText))};
-        }
-        fail(ErrorCode::Format, bytes_.what() + ": the blind data '" + name + "' is no JSON text");
+        if (bytes_.text(record + kBlindName, 256, "a blind datum's name") == name) return record;
     }
-    return {};
+    return 0;
+}
+
+// NanoVDB's own reader counts a blind datum's place from its record, its comment and PNanoVDB from the grid: how the
+// datum begins tells.
+
+std::string NvdbGrid::blindText(const std::string& name) const {
+    const std::uint64_t record = blindRecord(name);
+    if (record == 0) return {};
+    const auto offset = static_cast<std::uint64_t>(bytes_.get<std::int64_t>(record));
+    constexpr std::uint64_t kLargestText = 1 << 20;
+    for (const std::uint64_t at : {record + offset, offset}) {
+        if (at >= bytes_.size() || *bytes_.characters(at) != '{') continue;
+        return {bytes_.characters(at), static_cast<std::size_t>(std::min(bytes_.size() - at, kLargestText))};
+    }
+    fail(ErrorCode::Format, bytes_.what() + ": the blind data '" + name + "' is no JSON text");
+}
+
+Bytes NvdbGrid::blindBytes(const std::string& name, const char* magic) const {
+    const std::uint64_t record = blindRecord(name);
+    const std::size_t length = std::strlen(magic);
+    for (const bool from_record : {true, false}) {
+        if (record == 0) break;
+        const auto offset = static_cast<std::uint64_t>(bytes_.get<std::int64_t>(record));
+        const std::uint64_t at = from_record ? record + offset : offset;
+        if (at > bytes_.size() || bytes_.size() - at < length || std::memcmp(bytes_.characters(at), magic, length) != 0)
+            continue;
+        return bytes_.part(at, bytes_.get<std::uint64_t>(record + kBlindCount), bytes_.what());
+    }
+    fail(ErrorCode::Format, bytes_.what() + ": there is no blind data '" + name + "' that begins with " + magic);
 }
 
 NvdbGrid::Nodes NvdbGrid::checkedNodes() const {

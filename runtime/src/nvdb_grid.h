@@ -41,6 +41,10 @@ public:
     /// The text of the blind data called `name`; empty when there is none.
     std::string blindText(const std::string& name) const;
 
+    /// The bytes of the blind data called `name`, which begin with `magic` (eight of them).
+    /// @throws Failure{Format} where there is none such
+    Bytes blindBytes(const std::string& name, const char* magic) const;
+
     /// All leaves and active tiles, in the file's order. Each node is met once, or the file is refused: the walk's
     /// length is bounded by the file's.
     /// @param largest_count  of leaves and tiles
@@ -54,6 +58,8 @@ public:
 private:
     struct Nodes;
     void readTransform();
+    /// Where the record of a blind datum stands; 0: there is none.
+    std::uint64_t blindRecord(const std::string& name) const;
     Nodes checkedNodes() const;
 
     Bytes bytes_;

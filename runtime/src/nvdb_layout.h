@@ -25,7 +25,7 @@ inline constexpr std::uint16_t kCodecNone = 0, kCodecBlosc = 2;
 inline constexpr std::uint64_t kGridVersion = 16, kGridSize = 32, kGridName = 40, kGridNameSize = 256, kGridMap = 296,
                                kGridType = 636, kGridBlindOffset = 640, kGridBlindCount = 648, kGridHeaderSize = 672;
 inline constexpr std::uint64_t kMapMatrix = 88, kMapVector = 88 + 2 * 72;  // of the map: doubles, after the floats
-inline constexpr std::uint64_t kBlindSize = 288, kBlindName = 32;
+inline constexpr std::uint64_t kBlindSize = 288, kBlindCount = 8, kBlindName = 32;
 
 // The tree lies behind the grid's header; its offsets count from its own start, those of children from their parent.
 inline constexpr std::uint64_t kTree = kGridHeaderSize, kTreeSize = 64, kTreeNodeOffset = 0, kTreeNodeCount = 32;

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <string>
 
+#include "runtime/format/light_volume_format.h"
 #include "runtime/src/metadata_json.h"
 #include "runtime/src/nvdb_grid.h"
 #include "runtime/src/nvdb_volume.h"
@@ -125,6 +126,11 @@ Volume lobeOf(const std::vector<NvdbGrid>& grids, const std::string& suffix, con
         }
     }
     builder.setSecondLobe(second);
+    for (const NvdbGrid& grid : grids) {
+        if (grid.name() != format::kBlocksGrid + suffix) continue;
+        builder.setBlocks(BlockTexels::of(grid.blindBytes("photic", format::kBlocksMagic)));
+        break;
+    }
     return builder.finish();
 }
 

@@ -119,7 +119,8 @@ Vec3 Volume::voxelCentre(int i, int j, int k) const {
 
 std::uint64_t Volume::bytes() const {
     return sizeof(VolumeData) + data_->pages.size() * sizeof(std::uint32_t) + data_->light.size() * sizeof(Half4) +
-           data_->rgb.size() * sizeof(std::array<Half, 3>) + (data_->second ? Volume(data_->second).bytes() : 0);
+           data_->rgb.size() * sizeof(std::array<Half, 3>) + (data_->blocks ? data_->blocks->bytes() : 0) +
+           (data_->second ? Volume(data_->second).bytes() : 0);
 }
 
 namespace {

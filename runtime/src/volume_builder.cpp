@@ -61,6 +61,11 @@ void VolumeBuilder::allocate(bool coloured) {
     origins_ = {};
 }
 
+void VolumeBuilder::setBlocks(std::shared_ptr<const BlockTexels> blocks) {
+    requireMemory(blocks->bytes() + data_->light.size() * sizeof(Half4));
+    data_->blocks = std::move(blocks);
+}
+
 void VolumeBuilder::beginChannels(Channels channels) {
     switch (channels) {
         case Channels::FluxAndIrradiance:

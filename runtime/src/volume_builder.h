@@ -56,6 +56,9 @@ public:
     /// The second lobe, or a dark volume where there is none.
     void setSecondLobe(const Volume& second) { data_->second = second.litVoxelCount() > 0 ? second.share() : nullptr; }
 
+    /// The same light as blocks for a GPU. @throws Failure{Limit}
+    void setBlocks(std::shared_ptr<const BlockTexels> blocks);
+
     Volume finish();
 
 private:

@@ -23,7 +23,7 @@ std::vector<unsigned char> bytesOf(const std::vector<T>& values) {
 template <class Source>
 TextureBytes textureOf(const BrickLayout& bricks, const Source& source) {
     const Int3& size = bricks.textureSize();
-    TextureBytes out{sizeOf(size), {}};
+    TextureBytes out{TexelFormat::Rgba16Float, sizeOf(size), {}};
     out.texels.resize(BrickLayout::texelsOf(size) * sizeof(Half4));
     std::vector<Half4> slab(bricks.slabTexels());
     const std::size_t layer = BrickLayout::texelsOf({size[0], size[1], 1});
@@ -36,17 +36,31 @@ TextureBytes textureOf(const BrickLayout& bricks, const Source& source) {
     return out;
 }
 
+TextureBytes blocksOf(const BrickLayout& bricks, const std::vector<unsigned char>& of, TexelFormat format) {
+    const Int3& size = bricks.textureSize();
+    TextureBytes out{format, sizeOf(size), {}};
+    out.texels.resize(static_cast<std::size_t>(size[2]) * bricks.blockLayerBytes());
+    for (int z = 0; z < size[2]; z += bricks.slabDepth())
+        bricks.fillBlocks(z, std::min(bricks.slabDepth(), size[2] - z), of,
+                          out.texels.data() + static_cast<std::size_t>(z) * bricks.blockLayerBytes());
+    return out;
+}
+
 VolumeBytes bytesOf(const VolumeLayout& layout, const UploadInfo& info) {
     VolumeBytes out;
     out.info = info;
     const BrickLayout& bricks = layout.bricks();
     if (bricks.layout() == Layout::Buffer) {
         out.bricks = bytesOf(layout.bufferTexels());
+    } else if (const BlockTexels* blocks = layout.blocks()) {
+        out.light =
+            blocksOf(bricks, blocks->flux, blocks->signed_flux ? TexelFormat::Bc6hSigned : TexelFormat::Bc6hUnsigned);
+        out.colour = blocksOf(bricks, blocks->colour, TexelFormat::Bc6hUnsigned);
     } else {
         out.light = textureOf(bricks, layout.lightSource());
         if (layout.coloured()) out.colour = textureOf(bricks, layout.colourSource());
     }
-    out.pages = {sizeOf(layout.pageCount()), bytesOf(bricks.pageEntries())};
+    out.pages = {TexelFormat::R32Uint, sizeOf(layout.pageCount()), bytesOf(bricks.pageEntries())};
     const VolumeParameters parameters = layout.parameters();
     static_assert(sizeof(parameters) == sizeof(out.parameters));
     std::memcpy(out.parameters.data(), &parameters, sizeof(parameters));

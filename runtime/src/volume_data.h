@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "photic/runtime.h"
+#include "runtime/src/block_texels.h"
 #include "runtime/src/half_float.h"
 
 namespace photic::runtime {
@@ -67,6 +68,8 @@ struct VolumeData {
     std::vector<std::uint32_t> pages;      ///< x fastest: the brick's number; 0 is darkness
     std::vector<Half4> light;              ///< 512 per brick, x fastest, beginning with brick 0: flux.xyz, irradiance
     std::vector<std::array<Half, 3>> rgb;  ///< irradiance per channel, likewise; empty when not coloured
+
+    std::shared_ptr<const BlockTexels> blocks;  ///< the same light as a GPU takes it compressed, or null
 
     /// Light that travels against the rest where light opposes itself: a volume of its own, or null. All light is the
     /// sum of both.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/src/volume_layout.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace photic::runtime {
@@ -37,11 +38,17 @@ VolumeParameters VolumeLayout::parameters() const {
         p.cell_max[a] = plan_.cell_max[a] - first;
         p.dense_min[a] = plan_.cell_min[a] - first;
         p.period[a] = data_.period[a];
+        if (blocks_ && blocks_->one_box) p.dense_min[a] = blocks_->first[a] - first;
         p.texel[a] = 1.0F / static_cast<float>(bricks_.textureSize()[a]);
         constexpr float kFar = std::numeric_limits<float>::max();
         const bool repeats = data_.period[a] != 0;
         p.lit_min[a] = repeats ? -kFar : static_cast<float>(plan_.cell_min[a] - centre);
         p.lit_max[a] = repeats ? kFar : static_cast<float>(plan_.cell_max[a] + 1 - centre);
+    }
+    if (blocks_) {
+        p.dense_min[3] = 1;
+        std::copy(blocks_->mirror.begin(), blocks_->mirror.end(), p.mirror);
+        p.bias = blocks_->bias;
     }
     p.layout = bricks_.layout() == Layout::Dense ? 2 : 1;
     p.coloured = data_.coloured;
@@ -50,9 +57,22 @@ VolumeParameters VolumeLayout::parameters() const {
     return p;
 }
 
+std::vector<LayoutChoice> layoutChoices(const VolumeData& data, const BrickPlan& plan, const UploadOptions& options,
+                                        const GpuLimits& limits) {
+    std::vector<LayoutChoice> choices;
+    if (const BlockTexels* blocks = data.blocks.get();
+        blocks && options.texels == Texels::AsInFile && limits.bc6h && blocks->serve(plan, data)) {
+        const Layout layout = blocks->one_box ? Layout::Dense : Layout::Atlas;
+        if (options.layout == Layout::Automatic || options.layout == layout) choices.push_back({layout, blocks});
+    }
+    for (const Layout layout : candidateLayouts(options.layout, plan)) choices.push_back({layout, nullptr});
+    return choices;
+}
+
 UploadInfo VolumeLayout::info(const GpuLimits& limits) const {
     UploadInfo info;
     info.layout = bricks_.layout();
+    info.bc6h = blocks_ != nullptr;
     info.fill = plan_.fill();
     info.bytes = bricks_.need(texelBytes(), limits).bytes;
     info.bricks = bricks_.layout() == Layout::Dense ? 0 : plan_.brickCount() - 1;

@@ -19,19 +19,24 @@ struct VolumeParameters {
     std::int32_t period[3], repeats;
     std::int32_t dense_min[4];
     float texel[4], lit_min[4], lit_max[4];
+    float mirror[3], bias;
 };
-static_assert(sizeof(VolumeParameters) == 12 * 16);
+static_assert(sizeof(VolumeParameters) == 13 * 16);
 
 /// A light volume laid out in one way: what is uploaded, texel by texel.
 class VolumeLayout {
 public:
-    VolumeLayout(const VolumeData& data, const BrickPlan& plan, Layout layout, const GpuLimits& limits)
-        : data_(data), plan_(plan), bricks_(plan, layout, data.period, limits.texture_3d) {}
+    /// @param blocks  the volume's own, which serve the plan; or null: half floats
+    VolumeLayout(const VolumeData& data, const BrickPlan& plan, Layout layout, const GpuLimits& limits,
+                 const BlockTexels* blocks = nullptr)
+        : data_(data), plan_(plan), blocks_(blocks), bricks_(plan, layout, data.period, limits.texture_3d, blocks) {}
 
     const BrickLayout& bricks() const { return bricks_; }
     bool coloured() const { return data_.coloured; }
     bool repeats(std::size_t axis) const { return bricks_.layout() == Layout::Dense && data_.period[axis] != 0; }
-    std::uint64_t texelBytes() const { return sizeof(Half4) * (data_.coloured ? 2 : 1); }
+    /// Of all textures; of blocks, how many of a texture's.
+    std::uint64_t texelBytes() const { return blocks_ ? 2 : sizeof(Half4) * (data_.coloured ? 2 : 1); }
+    const BlockTexels* blocks() const { return blocks_; }
     const Int3& pageCount() const { return plan_.page_count; }
 
     /// Sources of texels for BrickLayout: flux.xyz and mean; red, green, blue, 0.
@@ -50,8 +55,20 @@ public:
 private:
     const VolumeData& data_;
     const BrickPlan& plan_;
+    const BlockTexels* blocks_;
     BrickLayout bricks_;
 };
+
+/// One way to lay a volume out.
+struct LayoutChoice {
+    Layout layout;
+    const BlockTexels* blocks;
+};
+
+/// The ways to try, best first: blocks, where the volume has them and they are wanted and can be read, then half
+/// floats.
+std::vector<LayoutChoice> layoutChoices(const VolumeData& data, const BrickPlan& plan, const UploadOptions& options,
+                                        const GpuLimits& limits);
 
 /// What make(layout) returns for the first layout that fits the budget and the limits and for which it throws no
 /// Failure; where none does, the same of the volume at half its resolution, unless that is to be refused.
@@ -65,8 +82,8 @@ auto fitLayout(const Volume& volume, const UploadOptions& options, const GpuLimi
         try {
             const BrickPlan plan = planBricks(level.data(), options.budget);
             std::string reasons;
-            for (const Layout candidate : candidateLayouts(options.layout, plan)) {
-                const VolumeLayout layout(level.data(), plan, candidate, limits);
+            for (const auto& [candidate, blocks] : layoutChoices(level.data(), plan, options, limits)) {
+                const VolumeLayout layout(level.data(), plan, candidate, limits, blocks);
                 const LayoutNeed need = layout.bricks().need(layout.texelBytes(), limits);
                 std::string reason = need.obstacle;
                 if (reason.empty() && need.bytes > options.budget) {
@@ -82,7 +99,8 @@ auto fitLayout(const Volume& volume, const UploadOptions& options, const GpuLimi
                         reason = failure.error.message;
                     }
                 }
-                reasons += std::string(reasons.empty() ? "" : "; ") + nameOf(candidate) + ": " + reason;
+                reasons += std::string(reasons.empty() ? "" : "; ") + (blocks ? "BC6H " : "") + nameOf(candidate) +
+                           ": " + reason;
             }
             why.message =
                 "the volume fits in no layout: " + reasons + "; raise the budget, or export with a smaller one";

@@ -49,7 +49,7 @@ double error(const LightField& was, const LightField& is) {
 
 TEST(TwoLevels, MarkedBlocksAreLookUpsOfEverySecondVoxel) {
     const LightField field = lineOfLight([](int, int, int) { return true; });
-    const TwoLevels levels(field, Monitor());
+    const TwoLevels levels(field, nullptr, Monitor());
     ASSERT_GT(levels.blockCount(), 40);
     const TwoLevels::Made made = levels.with(levels.blockCount() / 2);
     EXPECT_EQ(made.blocks.count(), levels.blockCount() / 2);
@@ -80,7 +80,7 @@ TEST(TwoLevels, MarkedBlocksAreLookUpsOfEverySecondVoxel) {
 // The smooth blocks come first: with half of them error is a hundredth of what it is with all.
 TEST(TwoLevels, SharpLightIsKeptLongest) {
     const LightField field = lineOfLight([](int, int, int) { return true; });
-    const TwoLevels levels(field, Monitor());
+    const TwoLevels levels(field, nullptr, Monitor());
     double last = 0;
     for (const int part : {4, 2, 1}) {
         const double now = error(field, levels.with(levels.blockCount() / part).field);
@@ -94,7 +94,7 @@ TEST(TwoLevels, SharpLightIsKeptLongest) {
 // A floor's band: what lies outside of it nobody asked for, and it darkens nothing inside.
 TEST(TwoLevels, BandsKeepTheirLightToTheirEnds) {
     const LightField field = lineOfLight([](int x, int, int z) { return z >= 4 && z < 8 && x > 26; });
-    const TwoLevels levels(field, Monitor());
+    const TwoLevels levels(field, nullptr, Monitor());
     EXPECT_LT(error(field, levels.with(levels.blockCount()).field), 1e-3);
 }
 

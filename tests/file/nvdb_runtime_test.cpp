@@ -73,7 +73,7 @@ TEST(NvdbRuntime, TwoLevelsAreWhatTheBudgetCounts) {
     const TemporaryFolder folder;
     const LightVolume whole = testVolume(straightFrame({-20, -9, 3}, {50, 40, 44}, 1.0 / 64), false,
                                          [](const glm::ivec3& v) { return v.x + v.y > 0; });
-    const TwoLevels levels(whole.field, Monitor());
+    const TwoLevels levels(whole.field, nullptr, Monitor());
     TwoLevels::Made made = levels.with(levels.blockCount() / 2);
     LightVolume volume{std::move(made.field), whole.reference_irradiance, true, true, {}, whole.metadata};
     volume.metadata["coarse_blocks"] = made.blocks.text();
@@ -90,6 +90,45 @@ TEST(NvdbRuntime, TwoLevelsAreWhatTheBudgetCounts) {
     const auto packed = runtime::packVolume(*loaded);
     ASSERT_TRUE(packed) << packed.error().message;
     EXPECT_EQ(size.bytes, static_cast<std::int64_t>(packed->info.bytes));
+}
+
+// Of two lobes the same blocks are coarse, each with bricks of its own.
+TEST(NvdbRuntime, TwoLevelsOfTwoLobes) {
+    const TemporaryFolder folder;
+    LightVolume whole = testVolume(straightFrame({-20, -9, 3}, {50, 40, 44}, 1.0 / 64), false,
+                                   [](const glm::ivec3& v) { return v.x + v.y > 0; });
+    LightField second(whole.field.neededPtr(), whole.field.channels());
+    for (int slot = 0; slot < second.leafCount(); ++slot) {
+        if (whole.field.state(slot) == LeafState::Empty || whole.field.needed().leafOrigin(slot).z < 16) continue;
+        float* to = second.makeDense(slot);
+        for (int i = 0; i < 512; ++i) to[i] = 0.2F * whole.field.dense(slot)[i], to[3 * 512 + i] = 0.9F * to[i];
+    }
+    const TwoLevels levels(whole.field, &second, Monitor());
+    TwoLevels::Made made = levels.with(levels.blockCount() / 2);
+    ASSERT_TRUE(made.second);
+    LightVolume volume{std::move(made.field), whole.reference_irradiance, true, true, {}, whole.metadata};
+    volume.second = std::move(made.second);
+    volume.metadata["coarse_blocks"] = made.blocks.text();
+    volume.metadata["lobe_axis"] = "[0,0,-1]";
+    writeNvdb(folder / "two.nvdb", volume, {NvdbPrecision::Half, NvdbCodec::Blosc});
+    const auto loaded = runtime::loadVolume(folder / "two.nvdb");
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_TRUE(loaded->hasSecondLobe());
+    const runtime::BrickPlan first = runtime::planBricks(loaded->data()),
+                             other = runtime::planBricks(loaded->secondLobe().data());
+    const RuntimeSize size = runtimeSize(volume);
+    EXPECT_GT(other.coarse, 2U);
+    EXPECT_EQ(size.coarse, static_cast<std::int64_t>(first.coarse + other.coarse));
+    EXPECT_EQ(size.bricks, static_cast<std::int64_t>(first.bricks.size() + other.bricks.size()));
+    // What a game reads is what is in the fields, at all voxels of either lobe.
+    for (int i = 0; i < 2000; ++i) {
+        const glm::dvec3 index(-19 + 68 * std::fmod(i * 0.754877, 1), -8 + 47 * std::fmod(i * 0.569840, 1),
+                               4 + 39 * std::fmod(i * 0.438579, 1));
+        const glm::dvec3 p = volume.field.frame().worldFromIndex(index);
+        const double expected =
+            double(sampleTrilinear(volume.field, index)[0]) + double(sampleTrilinear(*volume.second, index)[0]);
+        ASSERT_NEAR(loaded->sample({p.x, p.y, p.z}).irradiance.x, expected, 2.5);
+    }
 }
 
 TEST(NvdbRuntime, PackedFilesAreAboutAsLargeAsTheirBricksAndHoldTheSame) {

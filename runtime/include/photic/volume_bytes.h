@@ -34,6 +34,11 @@ enum class Filter {
     Exact      ///< eight reads, weighted in float
 };
 
+enum class Texels {
+    AsInFile,  ///< blocks of BC6H where the file has them and the GPU reads them, else half floats
+    Halves
+};
+
 enum class WhenTooLarge {
     Coarsen,  ///< double the voxels until it fits
     Refuse
@@ -41,6 +46,7 @@ enum class WhenTooLarge {
 
 struct UploadOptions {
     Layout layout = Layout::Automatic;
+    Texels texels = Texels::AsInFile;
     Filter filter = Filter::Hardware;                 ///< of GL's programs; bytes are the same for both
     std::uint64_t budget = std::uint64_t{512} << 20;  ///< of GPU memory, for this volume [bytes]
     WhenTooLarge when_too_large = WhenTooLarge::Coarsen;
@@ -50,6 +56,7 @@ struct UploadOptions {
 
 struct UploadInfo {
     Layout layout = Layout::Automatic;
+    bool bc6h = false;                ///< compressed: two bytes a texel of flux and colour
     std::uint64_t bytes = 0;          ///< of GPU memory
     std::uint32_t bricks = 0;         ///< that hold light; 0 when dense
     std::uint32_t coarse_bricks = 0;  ///< of them, those whose voxels are twice as wide, where light is smooth
@@ -57,8 +64,12 @@ struct UploadInfo {
     int coarsened = 0;                ///< how often the voxels were doubled
 };
 
-/// Texels of a 3D texture: x fastest, then y, then z, without padding.
+enum class TexelFormat { Rgba16Float, R32Float, R32Uint, R8, Rgba8, R8Uint, Bc6hUnsigned, Bc6hSigned };
+
+/// Texels of a 3D texture: x fastest, then y, then z, without padding. Of BC6H blocks of 4 x 4 texels in x and y, in
+/// the same order.
 struct TextureBytes {
+    TexelFormat format = TexelFormat::Rgba16Float;
     std::array<std::uint32_t, 3> size{0, 0, 0};  ///< [texels]; 0: there is no such texture
     std::vector<unsigned char> texels;
 };
@@ -66,11 +77,11 @@ struct TextureBytes {
 /// A volume in one of the layouts. What the layout or a white volume does not need is empty.
 struct VolumeBytes {
     UploadInfo info;
-    TextureBytes light;   ///< RGBA16F: flux.xyz, mean irradiance, over the reference irradiance; filtered linearly
-    TextureBytes colour;  ///< RGBA16F: red, green, blue, 0; of coloured volumes
+    TextureBytes light;   ///< flux.xyz, mean irradiance, over the reference irradiance; filtered linearly. BC6H: flux
+    TextureBytes colour;  ///< red, green, blue, 0; of coloured volumes, and with BC6H of all
     TextureBytes pages;   ///< R32UI, read without a filter
     std::vector<unsigned char> bricks;          ///< Layout::Buffer: a storage buffer instead of the first two
-    std::array<unsigned char, 192> parameters;  ///< the uniform block, std140
+    std::array<unsigned char, 208> parameters;  ///< the uniform block, std140
     /// Axes along which the light's and the colours' sampler is to repeat (of Layout::Dense only); else it clamps.
     std::array<bool, 3> sampler_repeats{false, false, false};
 };
