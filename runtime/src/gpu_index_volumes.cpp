@@ -5,33 +5,47 @@
 
 #include "runtime/src/gl_state.h"
 #include "runtime/src/guarded.h"
+#include "runtime/src/index_atlas_bytes.h"
 
 namespace photic::runtime {
 namespace {
 
+/// How GL is told of texels.
 struct TextureKind {
-    GLenum target, internal, format, type;
+    GLenum internal, format, type;
     GLint filter;
 };
-constexpr TextureKind kSpline{GL_TEXTURE_2D_ARRAY, GL_R32F, GL_RED, GL_FLOAT, GL_NEAREST};
-constexpr TextureKind kFourHalves{GL_TEXTURE_3D, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, GL_LINEAR};
-constexpr TextureKind kBytes{GL_TEXTURE_3D, GL_R8, GL_RED, GL_UNSIGNED_BYTE, GL_LINEAR};
-constexpr TextureKind kFourBytes{GL_TEXTURE_3D, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, GL_LINEAR};
-constexpr TextureKind kNumbers{GL_TEXTURE_3D, GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, GL_NEAREST};
+TextureKind kindOf(TexelFormat format) {
+    switch (format) {
+        case TexelFormat::R32Float:
+            return {GL_R32F, GL_RED, GL_FLOAT, GL_NEAREST};
+        case TexelFormat::R8:
+            return {GL_R8, GL_RED, GL_UNSIGNED_BYTE, GL_LINEAR};
+        case TexelFormat::Rgba8:
+            return {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, GL_LINEAR};
+        case TexelFormat::R8Uint:
+            return {GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, GL_NEAREST};
+        default:
+            return {GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT, GL_LINEAR};
+    }
+}
 
-void makeTexture(const GlFunctions& gl, const TextureKind& kind, const Int3& size, const void* texels, GLuint& name) {
+void makeTexture(const GlFunctions& gl, GLenum target, const TextureBytes& texture, GLuint& name) {
+    const TextureKind kind = kindOf(texture.format);
+    const auto x = static_cast<GLsizei>(texture.size[0]), y = static_cast<GLsizei>(texture.size[1]),
+               z = static_cast<GLsizei>(texture.size[2]);
     gl.GenTextures(1, &name);
-    gl.BindTexture(kind.target, name);
-    gl.TexStorage3D(kind.target, 1, kind.internal, size[0], size[1], size[2]);
+    gl.BindTexture(target, name);
+    gl.TexStorage3D(target, 1, kind.internal, x, y, z);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-        gl.TexParameteri(kind.target, filter, kind.filter);
+        gl.TexParameteri(target, filter, kind.filter);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
-        gl.TexParameteri(kind.target, wrap, GL_CLAMP_TO_EDGE);
+        gl.TexParameteri(target, wrap, GL_CLAMP_TO_EDGE);
     gl.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    gl.TexSubImage3D(kind.target, 0, 0, 0, 0, size[0], size[1], size[2], kind.format, kind.type, texels);
+    gl.TexSubImage3D(target, 0, 0, 0, 0, x, y, z, kind.format, kind.type, texture.texels.data());
     if (gl.firstError() != GL_NO_ERROR)
-        fail(ErrorCode::Memory, "no GPU memory is left for index volumes of " + std::to_string(size[0]) + " x " +
-                                    std::to_string(size[1]) + " x " + std::to_string(size[2]) + " texels");
+        fail(ErrorCode::Memory, "no GPU memory is left for index volumes of " + std::to_string(x) + " x " +
+                                    std::to_string(y) + " x " + std::to_string(z) + " texels");
 }
 
 }  // namespace
@@ -47,48 +61,15 @@ void GpuIndexVolumes::Impl::make(const std::vector<IndexVolume>& volumes) {
     const GlFunctions& gl = context.gl();
     GLint layers = 0;
     gl.GetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
-    const IndexAtlas atlas(volumes, std::min(gl.largest_texture_3d, std::max(layers, 256)));
-    const Int3 spline_size{atlas.texels[0], atlas.texels[1], atlas.spline_layers}, one{1, 1, 1};
-    makeTexture(gl, kSpline, spline_size, atlas.spline(volumes).data(), spline);
-    makeTexture(gl, kFourHalves, atlas.texels, atlas.gradients(volumes).data(), gradients);
-    const Half4 none{};
-    const std::uint8_t no_face = 0;
-    if (atlas.attenuates)
-        makeTexture(gl, kFourHalves, atlas.texels, atlas.attenuation(volumes).data(), attenuation);
-    else
-        makeTexture(gl, kFourHalves, one, &none, attenuation);
-    if (atlas.glows)
-        makeTexture(gl, kFourHalves, atlas.texels, atlas.glow(volumes).data(), glow);
-    else
-        makeTexture(gl, kFourHalves, one, &none, glow);
-    if (atlas.has_coat)
-        makeTexture(gl, kFourBytes, atlas.texels, atlas.coat(volumes).data(), faces);
-    else if (atlas.has_faces)
-        makeTexture(gl, kBytes, atlas.texels, atlas.faces(volumes).data(), faces);
-    else
-        makeTexture(gl, kBytes, one, &no_face, faces);
-    makeTexture(gl, kNumbers, atlas.blocks, atlas.reach.data(), block_reach);
-
-    const auto texels = [](const Int3& size) {
-        return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]) *
-               static_cast<std::uint64_t>(size[2]);
-    };
-    info.objects = static_cast<int>(volumes.size());
-    info.texels = atlas.texels;
-    info.even = atlas.even;
-    info.bytes = texels(spline_size) * 4 + texels(atlas.blocks) +
-                 texels(atlas.texels) * (8 + (atlas.attenuates ? 8 : 0) + (atlas.glows ? 8 : 0) +
-                                         (atlas.has_coat    ? 4
-                                          : atlas.has_faces ? 1
-                                                            : 0));
-    for (std::size_t i = 0; i < volumes.size(); ++i) {
-        const IndexVolumeData& data = volumes[i].data();
-        const auto &s = data.scattering, &albedo = data.albedo;
-        const bool matte = !data.coat.empty() || albedo[0] > 0 || albedo[1] > 0 || albedo[2] > 0;
-        objects.push_back({data.transform, data.box_low, data.box_high, data.count, atlas.places[i], s, data.anisotropy,
-                           albedo, data.roughness, volumes[i].reflects(), matte, data.sharp_sides,
-                           s[0] > 0 || s[1] > 0 || s[2] > 0, volumes[i].disperses()});
-    }
+    const IndexVolumeBytes bytes = atlasBytes(volumes, std::min(gl.largest_texture_3d, std::max(layers, 256)));
+    makeTexture(gl, GL_TEXTURE_2D_ARRAY, bytes.spline, spline);
+    makeTexture(gl, GL_TEXTURE_3D, bytes.gradients, gradients);
+    makeTexture(gl, GL_TEXTURE_3D, bytes.attenuation, attenuation);
+    makeTexture(gl, GL_TEXTURE_3D, bytes.glow, glow);
+    makeTexture(gl, GL_TEXTURE_3D, bytes.faces, faces);
+    makeTexture(gl, GL_TEXTURE_3D, bytes.blocks, block_reach);
+    info = bytes.info;
+    placed = *bytes.objects;
 }
 
 void GpuIndexVolumes::Impl::bind() const {

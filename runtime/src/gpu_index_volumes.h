@@ -2,8 +2,8 @@
 #pragma once
 
 #include "photic/bent_rays.h"
+#include "runtime/src/bent_parameters.h"
 #include "runtime/src/gl_functions.h"
-#include "runtime/src/index_atlas.h"
 
 namespace photic::runtime {
 
@@ -21,19 +21,7 @@ struct GpuIndexVolumes::Impl {
 
     GpuContext context;
     GLuint spline = 0, gradients = 0, attenuation = 0, glow = 0, faces = 0, block_reach = 0;
-    /// Of each object, for its place in the world.
-    struct Object {
-        VoxelTransform transform;
-        Double3 box_low, box_high;
-        Int3 count;
-        IndexAtlas::Place place;
-        std::array<float, 3> scattering;
-        float anisotropy = 0;
-        std::array<float, 3> albedo;  ///< of faces
-        float roughness = 0;
-        bool reflects = false, matte = false, sharp = false, scatters = false, disperses = false;
-    };
-    std::vector<Object> objects;
+    IndexObjects placed;
     Info info;
 };
 
