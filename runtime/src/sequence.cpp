@@ -207,6 +207,11 @@ Result<Moment> VolumeSequence::at(double seconds, WhenLate when_late) {
             const auto failure = own ? impl.failed.find(*own) : impl.failed.end();
             if (failure != impl.failed.end() && !moment.failure) moment.failure = failure->second;
         }
+        // Behind the two that are shown stand those that are loaded ahead.
+        for (std::size_t n = 2; n < impl.wanted.size() && moment.next < 0; ++n) {
+            const auto ahead = impl.loaded.find(impl.wanted[n]);
+            if (ahead != impl.loaded.end()) moment.next = ahead->first, moment.next_volume = ahead->second;
+        }
         if (moment.late) {
             const std::optional<int> nearest = impl.nearestLoaded();
             if (!nearest) return moment;

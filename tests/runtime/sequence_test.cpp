@@ -237,5 +237,45 @@ TEST_F(Sequences, GpuShowsTheSame) {
     }
 }
 
+// Texels go a few at a time, those of the next frame while the ones before are shown.
+TEST_F(Sequences, GpuFramesComeInParts) {
+    constexpr std::uint64_t kBytes = 3000;  // of some twenty thousand
+    options_.frames_per_second = 1;
+    GpuSequence sequence(*gpu_, open(), {}, kBytes);
+    const auto valueNow = [&](double seconds) {
+        const auto lit = sequence.at(seconds);
+        EXPECT_TRUE(lit.ok());
+        double sum = 0;
+        for (const LitVolume& v : *lit)
+            sum += static_cast<double>(v.weight) * static_cast<double>(sample(*v.volume, {{8, 8, 8, 0}})[0][3]);
+        return sum;
+    };
+    int calls = 0;
+    double value = 0;
+    const auto waitFor = [&](double seconds, double expected) {
+        for (calls = 0; calls < 4000; ++calls) {
+            value = valueNow(seconds);
+            if (std::fabs(value - expected) < 1e-5) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    };
+    // No single call sends a frame; nothing is shown until one is whole.
+    EXPECT_EQ(valueNow(0), 0);
+    EXPECT_TRUE(waitFor(0, 1));
+    EXPECT_GT(calls, 2);
+    // Given time, the frame after the next is there before it is shown.
+    EXPECT_TRUE(waitFor(0.5, 1.5));
+    for (int i = 0; i < 500; ++i) {
+        EXPECT_NEAR(valueNow(0.5), 1.5, 1e-5);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_NEAR(valueNow(1.5), 2.5, 1e-5);
+    // A jump: what was shown stays until the frames of then have come.
+    const double jumped = valueNow(3.0);
+    EXPECT_GE(jumped, 2 - 1e-5);
+    EXPECT_TRUE(waitFor(3.0, 4));
+}
+
 }  // namespace
 }  // namespace photic::runtime

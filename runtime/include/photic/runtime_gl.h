@@ -115,14 +115,18 @@ struct LitVolume {
 /// A sequence on the GPU: the two frames that are shown, uploaded as they come.
 class GpuSequence {
 public:
-    GpuSequence(const GpuContext& context, VolumeSequence sequence, const UploadOptions& options = {});
+    /// @param bytes_a_call  that at() sends to the GPU at most, about: of the frames that are shown, then of the next
+    /// one
+    GpuSequence(const GpuContext& context, VolumeSequence sequence, const UploadOptions& options = {},
+                std::uint64_t bytes_a_call = std::uint64_t{4} << 20);
     GpuSequence(GpuSequence&&) noexcept;
     GpuSequence& operator=(GpuSequence&&) noexcept;
     ~GpuSequence();
 
-    /// The volumes to draw with at a time, with weights that add up to 1; none while nothing has been loaded. They are
-    /// the sequence's and last until the next call. Frames that do not load are stood in for as VolumeSequence::at
-    /// says.
+    /// The volumes to draw with at a time, with weights that add up to 1; none while no frame is on the GPU yet. They
+    /// are the sequence's and last until the next call. Frames that do not load are stood in for as VolumeSequence::at
+    /// says; while those of this time are on their way to the GPU, the ones shown before stay. WhenLate::Wait sends all
+    /// that is missing at once. Ask each frame of the game: each call sends a part of what comes next.
     /// @return the error when no frame loads, or of one that does not fit the GPU
     Result<std::vector<LitVolume>> at(double seconds, WhenLate when_late = WhenLate::ShowNearest);
     void abandon();

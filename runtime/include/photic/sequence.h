@@ -32,7 +32,9 @@ struct Moment {
     int frames[2] = {0, 0};  ///< by number in the list of paths
     Volume volumes[2];       ///< dark while nothing has been loaded at all
     double weight = 0;       ///< 0 to 1, of the second; light is (1 - weight) * first + weight * second
-    bool late = false;       ///< the frames of this time are not loaded yet: the nearest one stands in
+    int next = -1;       ///< the frame after these, once it is loaded: what is prepared meanwhile; -1: there is none
+    Volume next_volume;  ///< of it
+    bool late = false;   ///< the frames of this time are not loaded yet: the nearest one stands in
     /// Of a frame of this time that is missing or damaged: the frames before and after it stand in.
     std::optional<Error> failure;
 };
