@@ -8,6 +8,10 @@
 #define PHOTIC_BINDING_MOVER_MAP 3  // and a texture unit
 #endif
 
+#ifndef PHOTIC_AT
+#define PHOTIC_AT(number) binding = number
+#endif
+
 layout(std140, PHOTIC_AT(PHOTIC_BINDING_MOVERS)) uniform photic_movers {
     vec4 photic_mover_surface;  // the light is bent where dot(xyz, world) = w, and comes from above it
     vec4 photic_mover_sun;      // xyz: its direction of travel there, unit; w: 0 when nothing up there darkens

@@ -16,6 +16,23 @@
 #include "photic_water_lookup.glsl"
 #define photicIrradiance photicLookupIrradiance
 #endif
+#ifdef PHOTIC_MOVERS
+#include "photic_movers.glsl"
+#endif
+
+/// Part of the light of water without a bake that passes all movers (photic_volume.glsl has it for baked light).
+float photicPasses(vec3 world) {
+#ifndef PHOTIC_MOVERS
+    return 1.0;
+#elif PHOTIC_LIGHT_SOURCE == 1
+    vec4 light = photicCausticSample(world);
+    return photicPassesMovers(world, light.xyz, light.w);
+#else
+    // A look-up knows still water's directions; what is above it gets light that the water throws up.
+    vec3 up = photic_sun_direction * vec3(1.0, 1.0, -1.0);
+    return photicPassesMovers(world, world.z < photic_water_level.x ? photicStillWaterDirection() : up, 1.0);
+#endif
+}
 #endif
 in vec2 photic_uv;
 layout(location = 0) out vec4 photic_color;
@@ -31,6 +48,9 @@ void main() {
     if (depth == photic_empty_depth) discard;
     vec3 world = photicWorld((vec2(texel) + 0.5) / size, depth);
     vec3 light = photicIrradiance(world, photicNormal(texel)) * photic_scale;
+#if PHOTIC_LIGHT_SOURCE != 0
+    light *= photicPasses(world);
+#endif
     if (photic_as_irradiance == 0) {
         light *= 0.31830988618;
         if (photic_has_albedo != 0) light *= texelFetch(photic_albedo, texel, 0).rgb;

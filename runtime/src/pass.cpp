@@ -48,16 +48,20 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, std::vector<Define> d
 
 GLuint FullScreenPass::programFor(const GpuVolume& volume, const MoverShadows& shadows) {
     if (!shadows.movers) return programFor(volume);
+    const GLuint made = programFor(volume, {{"PHOTIC_MOVERS", "1"}});
+    bindMovers(shadows);
+    return made;
+}
+
+void FullScreenPass::bindMovers(const MoverShadows& shadows) {
     const MoverParameters parameters = moverParameters(*shadows.movers);
     if (parameters.count[1] > 0 && shadows.map == 0)
         fail(ErrorCode::Usage, "Movers::map has a size, but there is no texture of it; set MoverShadows::map");
-    const GLuint made = programFor(volume, {{"PHOTIC_MOVERS", "1"}});
     if (!movers_) gl().GenBuffers(1, &movers_);
     gl().BindBuffer(GL_UNIFORM_BUFFER, movers_);
     fillBuffer(gl(), GL_UNIFORM_BUFFER, &parameters, sizeof(parameters), GL_STREAM_DRAW, "what moves");
     gl().BindBufferBase(GL_UNIFORM_BUFFER, 1, movers_);
     bindNearest(3, shadows.map);
-    return made;
 }
 
 void FullScreenPass::drawTriangle() {

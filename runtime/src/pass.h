@@ -26,6 +26,10 @@ public:
     /// texture unit 3. @throws Failure{Usage} for movers that make no sense
     GLuint programFor(const GpuVolume& volume, const MoverShadows& shadows);
 
+    /// Movers' parameters to uniform buffer 1, and their map to texture unit 3, for a program with PHOTIC_MOVERS.
+    /// @throws Failure{Usage} for movers that make no sense
+    void bindMovers(const MoverShadows& shadows);
+
     /// The program with these defines. @throws Failure{Shader}
     GLuint program(const std::vector<Define>& defines = {});
     /// That for the layout and the filter of a volume, with more defines.

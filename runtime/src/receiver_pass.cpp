@@ -93,7 +93,10 @@ Status ReceiverPass::drawLit(const GBuffer& surfaces, const Target& target, cons
         const GlStateGuard guard(gl);
         beginAdding(gl, target);
         const bool mapped = source == LightSource::CausticMap;
-        const Uniforms uniforms(gl, pass.program({{"PHOTIC_LIGHT_SOURCE", mapped ? "1" : "2"}}));
+        std::vector<Define> defines{{"PHOTIC_LIGHT_SOURCE", mapped ? "1" : "2"}};
+        if (options.shadows.movers) defines.push_back({"PHOTIC_MOVERS", "1"});
+        const Uniforms uniforms(gl, pass.program(defines));
+        if (options.shadows.movers) pass.bindMovers(options.shadows);
         pass.bindGBuffer(uniforms, surfaces);
         setOptions(uniforms, surfaces, options);
         mapped ? water->impl().setCausticMap(uniforms, 0) : water->impl().setLookup(uniforms, 0);

@@ -4,6 +4,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
+#include "photic/movers.h"
 #include "tests/runtime/drawn_scene.h"
 #include "tests/runtime/water_fixture.h"
 #include "tests/support/pool3.h"
@@ -113,6 +114,44 @@ TEST_F(LightSources, IrradianceAndScaleAreThoseOfVolumes) {
     const auto irradiance = scene.read();
     for (std::size_t i = 0; i < radiance.size(); i += 4) {
         EXPECT_NEAR(irradiance[i], 2 * radiance[i] / 0.5 * std::numbers::pi, 1e-5);
+    }
+}
+
+// Movers darken light that nobody baked as they darken baked light: along its way back, to the sun above the water.
+TEST_F(LightSources, MoversDarkenItToo) {
+    const test::SampledWater still = test::sampleWater(64, [](double, double) { return 0.0; });
+    fill(still);
+    WaterLight light = test::pool3Light();
+    ASSERT_TRUE(water_->setLight(light).ok());
+    CausticMapOptions map;
+    map.bottom = -1.5f, map.resolution = 64, map.full_precision = true;
+    ASSERT_TRUE(water_->updateCausticMap(map).ok());
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 32, 32, plate);
+    // Light in still water (Snell), and a ball in it, half of it above the water.
+    const double x = double(light.direction[0]) / double(light.ior), y = double(light.direction[1]) / double(light.ior);
+    const Vec3 down{x, y, -std::sqrt(1 - x * x - y * y)};
+    Movers movers;
+    movers.shapes = {sphere({0.1, 0, -0.6}, 0.15), sphere({-0.2, 0.1, 0}, 0.1)};
+    movers.surface[3] = double(still.water.level), movers.ior = double(light.ior);
+    movers.sun = {double(light.direction[0]), double(light.direction[1]), double(light.direction[2])};
+    ReceiverOptions shaded;
+    shaded.shadows.movers = &movers;
+    for (const LightSource source : {LightSource::CausticMap, LightSource::Lookup}) {
+        ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), {source, {}, &*water_}).ok());
+        const auto bright = scene.read();
+        ASSERT_TRUE(pass_->drawLit(scene.gbuffer(), scene.target(), {source, {}, &*water_}, shaded).ok());
+        const auto dim = scene.read();
+        int dark = 0, edge = 0, open = 0;
+        for (std::size_t i = 0; i < bright.size() / 4; ++i) {
+            if (!(bright[4 * i] > 0)) continue;
+            const glm::dvec3 p = scene.positions()[i];
+            const double passes = passesMovers(movers, {p.x, p.y, p.z}, down, 1);
+            ASSERT_NEAR(double(dim[4 * i]) / double(bright[4 * i]), passes, 0.02) << i;
+            (passes < 0.01 ? dark : passes > 0.99 ? open : edge) += 1;
+        }
+        EXPECT_GT(dark, 10);
+        EXPECT_GT(open, 100);
     }
 }
 
