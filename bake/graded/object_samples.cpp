@@ -144,21 +144,60 @@ private:
             return excessAt(index, place(at));
         }
         if (first_.samples()) return excessAt(index, place(at));
+        return meanOfVoxel<8>(index, at, 1);
+    }
+
+    /// Mean over a voxel around a place in nodes, `width` nodes a side.
+    template <int Points>
+    double meanOfVoxel(const GradedIndex& index, const glm::dvec3& at, double width) const {
         // Eye rays see which way a face looks: steps of 1 in 4^3 are terraces on it.
-        return meanAcrossRims<8>(
-            place(at), out_.world_from_node, [&](const glm::dvec3& world) { return contains(index, world); },
+        return meanAcrossRims<Points>(
+            place(at), out_.world_from_node * width, [&](const glm::dvec3& world) { return contains(index, world); },
             [&](const glm::dvec3& world) { return excessAt(index, world); });
     }
 
     /// Steps from a node to the next ripple with the grid; eye rays, which are refracted in the middle of them, see
-    /// that in which way a face looks, and do not see how wide it is.
-    void spread(std::vector<double>& excess) const {
+    /// that in which way a face looks, and do not see how wide it is. So faces are spread over a Gaussian. Means over
+    /// whole voxels have ripples that are longer than it, aliases of the grid: it is taken of means over half voxels,
+    /// whose aliases are a quarter as strong.
+    void spread(const GradedIndex& index, std::vector<double>& excess) const {
         constexpr double kSigma = 1.1;  // nodes
         SolidVolume volume;
-        volume.size = out_.count;
-        for (const double e : excess) volume.index.push_back(static_cast<float>(1 + e));
-        smooth(volume, kSigma);
-        for (std::size_t i = 0; i < excess.size(); ++i) excess[i] = double(volume.index[i]) - 1;
+        const glm::dvec3 halves = 2.0 * glm::dvec3(out_.count) - 1.0;
+        const int fine = halves.x * halves.y * halves.z <= static_cast<double>(sampling_.most_nodes) ? 2 : 1;
+        volume.size = fine * (out_.count - 1) + 1;
+        volume.index.resize(volume.flat(0, 0, volume.size.z));
+        if (fine == 1) {
+            for (std::size_t i = 0; i < excess.size(); ++i) volume.index[i] = static_cast<float>(1 + excess[i]);
+        } else {
+            std::vector<char> inside(excess.size());
+            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+                inside[i] = contains(index, place(glm::dvec3(node))) ? 1 : 0;
+            });
+            forEachNode(volume.size, monitor_, [&](const glm::ivec3& half, std::size_t i) {
+                volume.index[i] = static_cast<float>(1 + excessOfHalf(index, half, inside, excess));
+            });
+        }
+        smooth(volume, fine * kSigma);
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            excess[i] = double(volume.index[volume.flat(fine * node.x, fine * node.y, fine * node.z)]) - 1;
+        });
+    }
+
+    /// Mean over half a voxel, `half` being twice its place in nodes. Far from rims nodes around it tell.
+    double excessOfHalf(const GradedIndex& index, const glm::ivec3& half, const std::vector<char>& inside,
+                        const std::vector<double>& excess) const {
+        const glm::ivec3 last = out_.count - 1;
+        const glm::ivec3 low = glm::max(half / 2 - 1, glm::ivec3(0)), high = glm::min((half + 1) / 2 + 1, last);
+        const char here = inside[flat(out_.count, low)];
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x)
+                    if (inside[flat(out_.count, {x, y, z})] != here)
+                        return meanOfVoxel<4>(index, 0.5 * glm::dvec3(half), 0.5);
+        double sum = 0;
+        for (int n = 0; n < 8; ++n) sum += excess[flat(out_.count, (half + glm::ivec3(n & 1, n >> 1 & 1, n >> 2)) / 2)];
+        return sum / 8;
     }
 
     /// @throws Error{Input} where n^2 is 0 or less
@@ -200,7 +239,7 @@ private:
         if (first && whole_) out_.fit = SplineFit::Through;
         if (first && !whole_) out_.fit = fitted(SplineFit::Auto).fit();
         spreads_ = out_.fit == SplineFit::Plain && !first_.samples();
-        if (spreads_) spread(excess);
+        if (spreads_) spread(index, excess);
         SplineIndex spline = fitted(out_.fit);
         // Where samples fall steeply towards 0 the spline through them may go below it; one near them never does.
         const float least = *std::min_element(spline.coefficients(), spline.coefficients() + excess.size());

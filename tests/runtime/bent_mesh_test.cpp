@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// Curved eye rays through samples of a mesh against the eye rays of `photic picture` through the mesh itself, as the
+// smoothing of the samples goes to zero.
+#include "bake/picture/glass_view.h"
+#include "bake/scene/mesh_file.h"
+#include "bake/scene/solids.h"
+#include "tests/picture/volumes.h"
+#include "tests/runtime/bent_fixture.h"
+
+namespace photic::test {
+namespace {
+
+constexpr double kFar = 1000;  // of the walls [m]: against it all of a body is one place
+
+/// What is seen along a direction: the place on the walls of a cube around everything, red, green and blue from 0 to 1.
+glm::dvec3 wallColour(const glm::dvec3& d) {
+    const double longest = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
+    return 0.5 * d / longest + 0.5;
+}
+
+/// An egg of three axes, closed, with exact normals.
+TriangleMesh egg(const glm::dvec3& axes) {
+    TriangleMesh mesh = sphereMesh({0, 0, 0}, 1, 128);
+    for (glm::dvec3& p : mesh.positions) p *= axes;
+    for (glm::dvec3& n : mesh.normals) n = glm::normalize(n / axes);
+    return mesh;
+}
+
+/// Six walls, and a body of glass in the middle.
+Scene room(const TriangleMesh& mesh, double ior, SurfaceEvent event) {
+    Scene scene;
+    scene.domain.min = glm::dvec3(-kFar), scene.domain.max = glm::dvec3(kFar);
+    scene.domain.voxel_size = kFar / 4;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double side : {-1.0, 1.0}) {
+            Plane wall;
+            wall.point = wall.normal = glm::dvec3(0);
+            wall.point[axis] = side * kFar, wall.normal[axis] = -side;
+            scene.objects.push_back({"wall", "", wall, Role::Receiver});
+        }
+    Medium air, glass;
+    air.name = "air", glass.name = "glass", glass.ior = ior;
+    scene.media = {air, glass};
+    Surface surface;
+    surface.name = "body", surface.mesh = std::make_shared<const TriangleMesh>(mesh);
+    surface.event = event, surface.closed = true, surface.smooth = true;
+    surface.medium_above = 0, surface.medium_below = 1;
+    scene.surfaces = {surface};
+    return scene;
+}
+
+/// Light whose fluence rate is the place: linear, so that its look-ups are exact.
+LightVolume placeAsLight() {
+    const GridFrame frame = cubicFrame(kFar / 4, glm::ivec3(-6), glm::ivec3(5));
+    LightVolume volume = makeVolume(frame, 3, [&](const glm::ivec3& voxel) {
+        const glm::dvec3 at = 0.5 * frame.worldFromIndex(voxel) / kFar + 0.5;
+        return std::vector<double>{M_PI * at.x, M_PI * at.y, M_PI * at.z, 0, 0, 0};
+    });
+    volume.has_direction = false;
+    return volume;
+}
+
+/// The body as `photic voxelise` and `photic export` make it.
+IndexVolumeObject samplesOf(const TriangleMesh& mesh, double ior, double voxel, double sigma) {
+    Monitor monitor;
+    SolidVolume solid = voxelise({{"body", "", mesh, ior}}, voxel, 2 + static_cast<int>(std::ceil(4 * sigma)), monitor);
+    smooth(solid, sigma);
+    photic::IndexVolume::Samples samples;
+    samples.world_from_index = glm::dmat3(voxel);
+    samples.origin_world = (glm::dvec3(solid.min) + 0.5) * voxel;
+    samples.size = solid.size;
+    // What is air is not written.
+    for (std::size_t i = 0; i < solid.index.size(); ++i)
+        samples.values.push_back(solid.inside[i] != 0 || std::fabs(solid.index[i] - 1.0F) > 1e-6F ? solid.index[i]
+                                                                                                  : std::nanf(""));
+    return exported(objectOf(makeSampledIndex(std::make_shared<photic::IndexVolume>(std::move(samples), 1.0),
+                                              glm::dvec3(0), glm::dmat3(1))),
+                    voxel);
+}
+
+/// An environment in which each direction has its wall's colour.
+class Walls {
+public:
+    explicit Walls(const GlFunctions& gl) : gl_(gl) {
+        constexpr int kWidth = 2048, kHeight = 1024;
+        std::vector<float> texels;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const double up = ((y + 0.5) / kHeight - 0.5) * M_PI, turn = (0.5 - (x + 0.5) / kWidth) * 2 * M_PI;
+                const glm::dvec3 c =
+                    wallColour({std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up)});
+                for (const double v : {c.x, c.y, c.z, 1.0}) texels.push_back(static_cast<float>(v));
+            }
+        gl.GenTextures(1, &texture);
+        gl.BindTexture(GL_TEXTURE_2D, texture);
+        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kWidth, kHeight);
+        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, texels.data());
+        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+            gl.TexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
+        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+        gl.BindTexture(GL_TEXTURE_2D, 0);
+    }
+    ~Walls() { gl_.DeleteTextures(1, &texture); }
+    Walls(const Walls&) = delete;
+    Walls& operator=(const Walls&) = delete;
+    GLuint texture = 0;
+
+private:
+    const GlFunctions& gl_;
+};
+
+TEST_F(BentRays, SamplesOfAMeshAreSeenAsTheMeshIs) {
+    const double ior = 1.5;
+    const glm::dvec3 axes(0.6, 0.5, 0.42);
+    const TriangleMesh mesh = egg(axes);
+    const Eye eye = eyeAt({1.7, 0.4, 0.5}, 38, 48);
+    const LightVolume light = placeAsLight();
+    ViewSettings settings;
+    settings.ambient = 0, settings.albedo = glm::dvec3(1);
+    const Walls walls(gl_);
+    Surroundings around;
+    around.environment = walls.texture;
+    // With all that faces reflect; and with nothing of it, transmittance 1, where rays only bend.
+    for (const bool reflects : {false, true}) {
+        const Scene scene = room(mesh, ior, SurfaceEvent::Both);
+        const ViewShading shading(scene, light, settings);
+        const GlassView glass(scene, light.field.frame(), shading);
+        std::vector<glm::dvec3> truth(static_cast<std::size_t>(eye.width * eye.height), glm::dvec3(-1));
+        for (int y = 0; y < eye.height; ++y)
+            for (int x = 0; x < eye.width; ++x) {
+                const glm::dvec3 d = eye.direction(x, y);
+                // The ray in the space where the egg is a ball: how close to its middle it comes.
+                const glm::dvec3 from = eye.position / axes, to = glm::normalize(d / axes);
+                if (glm::length(from - glm::dot(from, to) * to) > 0.85) continue;
+                glm::dvec3& seen = truth[static_cast<std::size_t>(y * eye.width + x)];
+                seen = glass.trace(eye.position, d, 0).colour;
+            }
+        std::vector<glm::dvec3> alone = truth;
+        if (!reflects) {
+            // What goes straight through: refracted twice, by Snell's law at the mesh's own faces.
+            Scene bending = scene;
+            bending.surfaces[0].event = SurfaceEvent::Refract;
+            const OpticalScene optics(bending, light.field.frame());
+            for (int i = 0; i < eye.width * eye.height; ++i) {
+                if (truth[static_cast<std::size_t>(i)].x < 0) continue;
+                glm::dvec3 at = eye.position, d = eye.direction(i % eye.width, i / eye.width);
+                MediumStack inside;
+                bool leaves = true;
+                for (int event = 0; event < 2 && leaves; ++event) {
+                    const auto end = optics.legEnd(at, d, inside);
+                    ASSERT_TRUE(end.hit && end.hit.target.kind == photic::Target::Kind::Surface);
+                    const auto met = optics.eventAt(end.hit.target.index, 0, end.inside, d, end.meeting);
+                    leaves = met.light.count > 0;  // or all of it is reflected
+                    if (leaves) d = met.light.branches[0].direction;
+                    at = end.meeting.position;
+                    inside = met.beyond;
+                }
+                alone[static_cast<std::size_t>(i)] = leaves ? wallColour(d) : glm::dvec3(-1);
+            }
+        }
+        double last = 1e9;
+        for (const int nodes : {12, 24, 48}) {
+            IndexVolumeObject body = samplesOf(mesh, ior, axes.z / nodes, 0.7);
+            BentRayOptions options;
+            options.faintest = 1e-3F;
+            if (!reflects) body.faces.clear();
+            const auto pixels = seen({body}, eye, around, options);
+            double squares = 0, size = 0, off = 0, all = 0;
+            int count = 0;
+            for (std::size_t i = 0; i < alone.size(); ++i) {
+                if (alone[i].x < 0) continue;
+                const glm::dvec3 got(pixels[4 * i], pixels[4 * i + 1], pixels[4 * i + 2]);
+                const glm::dvec3 d = got - alone[i];
+                squares += glm::dot(d, d), size += glm::dot(alone[i], alone[i]);
+                off += std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z), all += alone[i].x + alone[i].y + alone[i].z;
+                ++count;
+            }
+            const double rmse = std::sqrt(squares / size), mean = off / all;
+            std::printf("egg of a mesh, %s, %d nodes, smoothed over %.4f m: RMSE %.4f, mean difference %.4f, %d rays\n",
+                        reflects ? "all reflections" : "transmittance 1", nodes, 0.7 * axes.z / nodes, rmse, mean,
+                        count);
+            EXPECT_GT(count, 400);
+            // What is reflected at grazing rays, where samples are ragged, goes down more slowly.
+            EXPECT_LT(rmse, (reflects ? 0.95 : 0.8) * last) << nodes;
+            last = rmse;
+        }
+        EXPECT_LT(last, reflects ? 0.05 : 0.02);
+    }
+}
+
+}  // namespace
+}  // namespace photic::test
