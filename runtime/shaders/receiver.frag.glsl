@@ -5,6 +5,9 @@
 #define PHOTIC_LIGHT_SOURCE 0
 #endif
 #include "g_buffer.glsl"
+#ifdef PHOTIC_MOVERS
+#include "photic_movers.glsl"
+#endif
 #if PHOTIC_LIGHT_SOURCE == 0
 #include "photic_volume.glsl"
 #else
@@ -15,9 +18,6 @@
 #else
 #include "photic_water_lookup.glsl"
 #define photicIrradiance photicLookupIrradiance
-#endif
-#ifdef PHOTIC_MOVERS
-#include "photic_movers.glsl"
 #endif
 
 /// Part of the light of water without a bake that passes all movers (photic_volume.glsl has it for baked light).
