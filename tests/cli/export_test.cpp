@@ -315,6 +315,40 @@ TEST(Export, BudgetsAreKeptAndTheirErrorIsSaid) {
     EXPECT_FALSE(place.has("d.nvdb"));
 }
 
+TEST(Export, LightIsCompressedWhereThatIsAskedForOrBetter) {
+    const Workplace place;
+    place.write("pool.toml", PoolText{}.text());
+    ASSERT_EQ(photic(place, {"bake", "pool.toml"}).code, 0);
+    const auto budgetOf = [&](const Strings& arguments) {
+        Strings all{"export", "pool.vdb", "-o", "a.nvdb", "--json"};
+        all.insert(all.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = photic(place, all);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        EXPECT_EQ(schemaBreaches(outcome.json(), "export.md"), Strings{});
+        return outcome.json()["frames"][0]["budget"];
+    };
+    const auto halves = budgetOf({"--budget", "100"}), blocks = budgetOf({"--compress", "bc6h"});
+    EXPECT_EQ(halves["compression"], "none");
+    EXPECT_EQ(blocks["compression"], "bc6h");
+    EXPECT_EQ(blocks["factor"], 1);
+    EXPECT_LT(blocks["game_bytes"].get<double>(), 0.5 * halves["game_bytes"].get<double>());
+    EXPECT_LT(blocks["error"]["volume"]["relative_l1"].get<double>(), 0.03);
+    // With room for all, half floats are nearer; in a third of it, blocks are.
+    const double mib = halves["game_bytes"].get<double>() / (1 << 20);
+    EXPECT_EQ(budgetOf({"--compress", "auto", "--budget", std::to_string(1.1 * mib)})["compression"], "none");
+    EXPECT_EQ(budgetOf({"--compress", "auto", "--budget", std::to_string(mib / 3)})["compression"], "bc6h");
+    for (const Strings& wrong :
+         {Strings{"-o", "b.nvdb", "--compress", "auto"}, Strings{"-o", "b.nvdb", "--compress", "jpg"},
+          Strings{"-o", "b.ktx2", "--compress", "bc6h"}}) {
+        Strings all{"export", "pool.vdb"};
+        all.insert(all.end(), wrong.begin(), wrong.end());
+        const Outcome outcome = photic(place, all);
+        EXPECT_EQ(outcome.code, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find("--compress"), std::string::npos) << outcome.err;
+    }
+    EXPECT_FALSE(place.has("b.nvdb"));
+}
+
 // Less than a band takes: the smooth parts of it at half the resolution, before all of it.
 TEST(Export, TwoLevelsAreFarNearerThanOneForTheSameBytes) {
     const Workplace place;
