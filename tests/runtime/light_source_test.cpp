@@ -149,7 +149,8 @@ TEST_F(LightSources, MoversDarkenItToo) {
             const glm::dvec3 p = scene.positions()[i];
             const double passes = passesMovers(movers, {p.x, p.y, p.z}, down, 1);
             ASSERT_NEAR(double(dim[4 * i]) / double(bright[4 * i]), passes, 0.02) << i;
-            dark += passes < 0.01, open += passes > 0.99;
+            if (passes < 0.01) ++dark;
+            if (passes > 0.99) ++open;
         }
         EXPECT_GT(dark, 10);
         EXPECT_GT(open, 100);
