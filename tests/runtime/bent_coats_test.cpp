@@ -150,7 +150,7 @@ TEST_F(BentCoats, SurroundingsAreThoseThatTheFaceLooksAt) {
                 texels.push_back(float(0.5 * d + 0.5));
             texels.push_back(1);
         }
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     Surroundings s = around(directions);
     s.harmonics = environmentHarmonics(texels.data(), kWidth, kHeight);
     auto white = ball(1.5, 0.5, 0.02, 1.5);
@@ -202,7 +202,7 @@ TEST_F(BentCoats, WantHarmonicsOfAnEnvironment) {
                          [](const glm::dvec3&, const glm::dvec3&) { return std::nullopt; });
     auto pass = BentRayPass::create(*gpu_);
     ASSERT_TRUE(pass.ok());
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     auto gpu = GpuIndexVolumes::upload(*gpu_, readBack({matte, rough}));
     ASSERT_TRUE(gpu.ok());
     const Status status = pass->draw(view.surfaces, view.target, *gpu, {{0}}, around(directions));

@@ -12,6 +12,7 @@
 #include "bake/report/monitor.h"
 #include "bake/scene/graded_index.h"
 #include "photic/bent_rays.h"
+#include "tests/runtime/environment_map.h"
 #include "tests/runtime/gpu_fixture.h"
 #include "tests/runtime/scene_view.h"
 
@@ -124,38 +125,6 @@ inline NvdbSpec evenLight(const glm::dvec3& along) {
     return spec;
 }
 
-/// Surroundings in which each direction is its own colour: (d + 1) / 2.
-class Directions {
-public:
-    explicit Directions(const GlFunctions& gl) : gl_(gl) {
-        constexpr int kWidth = 1024, kHeight = 512;
-        std::vector<float> texels;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                const double up = ((y + 0.5) / kHeight - 0.5) * M_PI, turn = (0.5 - (x + 0.5) / kWidth) * 2 * M_PI;
-                const glm::dvec3 d(std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up));
-                for (int c = 0; c < 3; ++c) texels.push_back(float(0.5 * d[c] + 0.5));
-                texels.push_back(1);
-            }
-        gl.GenTextures(1, &texture);
-        gl.BindTexture(GL_TEXTURE_2D, texture);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kWidth, kHeight);
-        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, texels.data());
-        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-            gl.TexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-        gl.BindTexture(GL_TEXTURE_2D, 0);
-    }
-    ~Directions() { gl_.DeleteTextures(1, &texture); }
-    Directions(const Directions&) = delete;
-    Directions& operator=(const Directions&) = delete;
-
-    GLuint texture = 0;
-
-private:
-    const GlFunctions& gl_;
-};
-
 inline glm::dvec3 directionOf(const float* pixel) {
     return glm::normalize(glm::dvec3(pixel[0], pixel[1], pixel[2]) * 2.0 - 1.0);
 }
@@ -208,7 +177,7 @@ protected:
         return view.pixels();
     }
 
-    Surroundings around(const Directions& directions) const {
+    Surroundings around(const DirectionMap& directions) const {
         Surroundings s;
         s.environment = directions.texture;
         return s;

@@ -78,37 +78,6 @@ IndexVolumeObject samplesOf(const TriangleMesh& mesh, double ior, double voxel, 
                     voxel);
 }
 
-/// An environment in which each direction has its wall's colour.
-class Walls {
-public:
-    explicit Walls(const GlFunctions& gl) : gl_(gl) {
-        constexpr int kWidth = 2048, kHeight = 1024;
-        std::vector<float> texels;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                const double up = ((y + 0.5) / kHeight - 0.5) * M_PI, turn = (0.5 - (x + 0.5) / kWidth) * 2 * M_PI;
-                const glm::dvec3 c =
-                    wallColour({std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up)});
-                for (const double v : {c.x, c.y, c.z, 1.0}) texels.push_back(static_cast<float>(v));
-            }
-        gl.GenTextures(1, &texture);
-        gl.BindTexture(GL_TEXTURE_2D, texture);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kWidth, kHeight);
-        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, texels.data());
-        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-            gl.TexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-        gl.BindTexture(GL_TEXTURE_2D, 0);
-    }
-    ~Walls() { gl_.DeleteTextures(1, &texture); }
-    Walls(const Walls&) = delete;
-    Walls& operator=(const Walls&) = delete;
-    GLuint texture = 0;
-
-private:
-    const GlFunctions& gl_;
-};
-
 TEST_F(BentRays, SamplesOfAMeshAreSeenAsTheMeshIs) {
     const double ior = 1.5;
     const glm::dvec3 axes(0.6, 0.5, 0.42);
@@ -117,7 +86,7 @@ TEST_F(BentRays, SamplesOfAMeshAreSeenAsTheMeshIs) {
     const LightVolume light = placeAsLight();
     ViewSettings settings;
     settings.ambient = 0, settings.albedo = glm::dvec3(1);
-    const Walls walls(gl_);
+    const EnvironmentMap walls(gl_, 2048, wallColour);
     Surroundings around;
     around.environment = walls.texture;
     // With all that faces reflect; and with nothing of it, transmittance 1, where rays only bend.

@@ -59,7 +59,7 @@ std::optional<glm::dvec3> throughLuneburg(double radius, const glm::dvec3& eye, 
 TEST_F(BentRays, LuneburgsLensSendsRaysWhereItsFormulaSays) {
     const double radius = 0.8;
     const Eye eye = eyeAt({2.0, 0.3, 0.2}, 40);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     const auto lens = exported(objectOf(makeLuneburgLens({0, 0, 0}, radius)), radius / 48);
     const auto pixels = seen({lens}, eye, around(directions));
     const Misses m =
@@ -74,7 +74,7 @@ TEST_F(BentRays, TheFishEyesRaysAreCircles) {
     // n = 2 / (1 + r^2 / a^2), cut where n is 1: no face. Rays are circles: the exit is where the formula has it.
     const double a = 0.7;
     const Eye eye = eyeAt({1.9, -0.4, 0.1}, 40);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     const auto lens = exported(objectOf(makeFishEye({0, 0, 0}, 2, a, a)), a / 48);
     const auto pixels = seen({lens}, eye, around(directions));
     const auto truth = [&](const glm::dvec3& d) -> std::optional<glm::dvec3> {
@@ -97,7 +97,7 @@ TEST_F(BentRays, ABallLensBendsByTwiceTheDifferenceOfItsAngles) {
     // Without faces: what is reflected would mix into the colours.
     const double n = 1.5, radius = 0.6;
     const Eye eye = eyeAt({1.7, 0.2, -0.3}, 42, 40);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     const auto truth = [&](const glm::dvec3& d) -> std::optional<glm::dvec3> {
         const double b = passesAt(eye.position, d);
         if (b > 0.8 * radius) return {};
@@ -146,8 +146,8 @@ TEST_F(BentRays, ABallLensBendsByTwiceTheDifferenceOfItsAngles) {
     std::printf("ball, same index: %.4f degrees rms, image %.5f\n", m.rms_degrees, m.image_rmse);
 }
 
-/// What a sharp ball of glass shows of Directions: the reflection off it, and what has been through it with 0, 1, 2 ...
-/// reflections inside; and where the light that goes straight through comes from.
+/// What a sharp ball of glass shows of a DirectionMap: the reflection off it, and what has been through it with 0, 1, 2
+/// ... reflections inside; and where the light that goes straight through comes from.
 struct BallColour {
     glm::dvec3 straight{0}, direction{0};
     glm::dvec3 others{0};
@@ -170,7 +170,7 @@ BallColour throughBall(double n, double radius, const glm::dvec3& eye, const glm
 TEST_F(BentRays, ABallWithFacesIsSeenAsASharpOne) {
     const double n = 1.5, radius = 0.6;
     const Eye eye = eyeAt({1.7, 0.2, -0.3}, 42, 40);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     BentRayOptions options;
     options.faintest = 1e-3F;
     // As the tests make a ball, and as photic export does; to the rim, but for what its pixels cannot tell.
@@ -211,7 +211,7 @@ TEST_F(BentRays, ABallWithFacesIsSeenAsASharpOne) {
 TEST_F(BentRays, ThePapersStepsAreFirstOrder) {
     const double radius = 0.8;
     const Eye eye = eyeAt({2.0, 0.3, 0.2}, 36, 32);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     const auto lens = exported(objectOf(makeLuneburgLens({0, 0, 0}, radius)), radius / 48);
     const auto errorOf = [&](BentIntegrator integrator, float step) {
         BentRayOptions options;

@@ -40,33 +40,11 @@ TEST_F(BentRays, UniformSurroundingsStayUniformForAnEyeInGlassToo) {
     }
 }
 
-/// Dark on the side that the slab is looked at from, 1 behind it.
-class HalfLit {
-public:
-    explicit HalfLit(const GlFunctions& gl) : gl_(gl) {
-        const float texels[16] = {0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 1};  // the middle is along +x
-        gl.GenTextures(1, &texture);
-        gl.BindTexture(GL_TEXTURE_2D, texture);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, 4, 1);
-        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 4, 1, GL_RGBA, GL_FLOAT, texels);
-        for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-            gl.TexParameteri(GL_TEXTURE_2D, name, GL_NEAREST);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-        gl.BindTexture(GL_TEXTURE_2D, 0);
-    }
-    ~HalfLit() { gl_.DeleteTextures(1, &texture); }
-    HalfLit(const HalfLit&) = delete;
-    HalfLit& operator=(const HalfLit&) = delete;
-    GLuint texture = 0;
-
-private:
-    const GlFunctions& gl_;
-};
-
 TEST_F(BentRays, ASlabReflectsWhatFresnelsEquationsSay) {
     // Looking along +x and up to 55 degrees off it: what a plate lets through is (1 - R) / (1 + R), all bounces in it
     // together; four branches follow those that count.
-    const HalfLit half(gl_);
+    // Dark on the side that the slab is looked at from, 1 behind it: the middle of the map is along +x.
+    const EnvironmentMap half(gl_, 4, 1, {0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 1}, GL_NEAREST);
     Eye eye = eyeAt({-0.6, 0, 0}, 80, 33);
     eye.target = {1, 0, 0};
     for (const bool sharp : {false, true}) {
@@ -90,7 +68,8 @@ TEST_F(BentRays, ASlabReflectsWhatFresnelsEquationsSay) {
 TEST_F(BentRays, ASlabTakesWhatBeerAndLambertSay) {
     Eye eye = eyeAt({-0.6, 0, 0}, 60, 17);
     eye.target = {1, 0, 0};
-    const HalfLit half(gl_);
+    // Dark on the side that the slab is looked at from, 1 behind it: the middle of the map is along +x.
+    const EnvironmentMap half(gl_, 4, 1, {0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 1}, GL_NEAREST);
     Surroundings s;
     s.environment = half.texture;
     const auto pixels = seen({slab(1.6, true, 2)}, eye, s);
@@ -108,7 +87,7 @@ TEST_F(BentRays, ASlabTakesWhatBeerAndLambertSay) {
 
 TEST_F(BentRays, PassingOverEvenSpaceChangesNoBit) {
     const Eye eye = eyeAt({1.6, 0.1, 0.15}, 45, 48);
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     auto objects = clearObjects();
     // One absorbs and shines: in its even inside stretches of many steps are one.
     for (auto& object : {&objects[0]})
@@ -138,7 +117,7 @@ TEST_F(BentRays, AnObjectShinesAndDisperses) {
     EXPECT_NEAR(pixels[middle], 1.2, 1e-3);
     EXPECT_EQ(pixels[middle + 1], 0);
 
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     auto prism = ball(1.5, 0.5, 0.02, 1.5);
     prism.faces.clear();
     auto alone = prism;
@@ -156,7 +135,7 @@ TEST_F(BentRays, AnObjectShinesAndDisperses) {
 }
 
 TEST_F(BentRays, PlacesAreAffineAndObjectsAreSeenThroughObjects) {
-    const Directions directions(gl_);
+    const DirectionMap directions(gl_);
     const Eye eye = eyeAt({1.6, 0, 0}, 45, 33);
     // The same ball, put where the other one has been exported to.
     PlacedObject moved;

@@ -22,6 +22,7 @@
 #include "tests/benchmark/runtime/compute_picture.h"
 #include "tests/benchmark/runtime/or_throw.h"
 #include "tests/benchmark/table.h"
+#include "tests/runtime/environment_map.h"
 #include "tests/runtime/scene_view.h"
 #include "tests/support/gl_context.h"
 
@@ -43,28 +44,6 @@ GpuIndexVolumes lensOf(const GpuContext& context, int nodes) {
         indexVolumeBytes({{object.name, s.world_from_node, s.origin_world, s.count, s.spline, s.attenuation, s.glow,
                            s.faces, object.scattering, object.anisotropy, s.box_low, s.box_high, s.sharp_sides}});
     return orThrow(GpuIndexVolumes::upload(context, orThrow(readIndexVolumes(bytes.data(), bytes.size()))));
-}
-
-/// Surroundings whose colour is their direction.
-GLuint directions(const GlFunctions& gl) {
-    constexpr int kWidth = 1024, kHeight = 512;
-    std::vector<float> texels;
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
-            const double up = ((y + 0.5) / kHeight - 0.5) * M_PI, turn = (0.5 - (x + 0.5) / kWidth) * 2 * M_PI;
-            for (const double v : {std::cos(up) * std::cos(turn), std::cos(up) * std::sin(turn), std::sin(up), 1.0})
-                texels.push_back(static_cast<float>(0.5 * v + 0.5));
-        }
-    GLuint texture = 0;
-    gl.GenTextures(1, &texture);
-    gl.BindTexture(GL_TEXTURE_2D, texture);
-    gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, kWidth, kHeight);
-    gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, kHeight, GL_RGBA, GL_FLOAT, texels.data());
-    for (const GLenum name : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
-        gl.TexParameteri(GL_TEXTURE_2D, name, GL_LINEAR);
-    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
-    gl.BindTexture(GL_TEXTURE_2D, 0);
-    return texture;
 }
 
 /// Root mean square angle between what left the lens and -x0 / R, for rays within 0.9 of its radius.
@@ -213,7 +192,8 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
     GBuffer surfaces = view.surfaces;
     surfaces.depth = 0;
     Surroundings around;
-    around.environment = directions(gl);
+    const test::DirectionMap directions(gl);
+    around.environment = directions.texture;
     benchmark::Table table;
     table.title = "Curved eye rays through Luneburg's lens";
     table.note = fmt::format("{} (OpenGL {}.{}), {} x {} pixels, {} nodes a side, least of {} runs{}.",
