@@ -229,10 +229,8 @@ void checkOptions(const ExportArguments& arguments, const FormatRow& format) {
                     arguments.budget_mb ? "--budget" : "--box");
     if (format.format == Format::Nvdb) return;
     const auto refuse = [&](const char* option) {
-        throw Error(
-            ErrorCode::Usage,
-            fmt::format("{} is for .nvdb only; {} files have one way to store values", option, format.extension),
-            option);
+        throw Error(ErrorCode::Usage,
+                    fmt::format("for .nvdb only; {} files have one way to store values", format.extension), option);
     };
     if (arguments.precision) refuse("--precision");
     if (arguments.codec) refuse("--codec");

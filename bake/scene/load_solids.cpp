@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
@@ -108,9 +109,11 @@ AbsorptionPattern loadPattern(const TableReader& table) {
                 fail();
             const double height = layer.items[0].number;
             glm::dvec3 absorption;
-            for (int c = 0; c < 3; ++c) absorption[c] = layer.items[static_cast<std::size_t>(c) + 1].number;
-            if (!(std::min({absorption.x, absorption.y, absorption.z}) >= 0) ||
-                (!pattern.painted.empty() && !(height > pattern.painted.back().first)))
+            for (int c = 0; c < 3; ++c) {
+                absorption[c] = layer.items[static_cast<std::size_t>(c) + 1].number;
+                if (!std::isfinite(absorption[c]) || absorption[c] < 0) fail();
+            }
+            if (!std::isfinite(height) || (!pattern.painted.empty() && !(height > pattern.painted.back().first)))
                 fail();
             pattern.painted.emplace_back(height, absorption);
         }
@@ -143,6 +146,8 @@ Solid loadSolid(const ConfigValue& value, std::size_t number, const std::string&
     solid.albedo = table.colour("albedo", between(0, 1)).value_or(glm::dvec3(0));
     const Placement placement = loadPlacement(table);
     solid.pattern = loadPattern(table), solid.placement = placement;
+    if (solid.pattern.noise > 0 && !solid.absorbs())
+        table.fail("noise", "'noise' varies absorption, and the body has none; give 'absorption' or 'painted'");
     if (const auto file = table.text("file")) {
         out.files.push_back((fs::path(directory) / *file).string());
         solid.mesh = readBody(out.files.back(), placement, table.where("file"), monitor);

@@ -140,6 +140,8 @@ TEST(Solids, ATableSaysHowAbsorptionVaries) {
     EXPECT_EQ(file.solids[0].pattern.noise, 0.3);
     for (const char* wrong :
          {"painted = 3\n", "painted = []\n", "painted = [[0, 1, 2]]\n", "painted = [[0, 1, 2, -3]]\n",
+          "painted = [[0, 1, 1, nan]]\n", "painted = [[0, nan, 1, 1]]\n", "painted = [[nan, 1, 1, 1]]\n",
+          "painted = [[0, 1, 1, inf]]\n", "noise = { amount = 0.3, size = 0.02 }\n",
           "painted = [[0.1, 1, 1, 1], [0.1, 2, 2, 2]]\n", "noise = { amount = 0.5 }\n",
           "noise = { amount = 2, size = 0.1 }\n", "noise = { size = 0 }\n"})
         EXPECT_THROW(load(wrong), Error) << wrong;
