@@ -398,6 +398,17 @@ void refusePreset(const Scene& scene, const WavefrontOptions& options) {
         refuse("keeps the strongest patch of a voxel anyhow; leave out 'arrivals'");
 }
 
+/// @throws Error{Input} for what only the paper's simulator has
+void refusePresetsOwn(const GivenOptions& given) {
+    for (const char* name : {"smooth", "area"})
+        if (const auto option = given.find(name); option != given.end())
+            throw Error(
+                ErrorCode::Input,
+                fmt::format("'{}' is for the paper's preset of wavefront; add preset = \"paper\", or leave it out",
+                            name),
+                option->second.where);
+}
+
 // What is said of the strongest arrivals is said of all voxels.
 int wavefrontReach(const Scene&, const GridFrame&, const GivenOptions& given) {
     WavefrontOptions options;
@@ -410,7 +421,10 @@ BakeResult bakeWavefront(const Scene& scene, std::shared_ptr<const NeededVoxels>
     WavefrontOptions options;
     applyOptions<WavefrontOptions>("wavefront", options, wavefrontOptions(), given);
     const FieldChannels channels{scene.coloured() ? 3 : 1, scene.bake.grids.direction};
-    if (options.preset == WavefrontPreset::Paper) refusePreset(scene, options);
+    if (options.preset == WavefrontPreset::Paper)
+        refusePreset(scene, options);
+    else
+        refusePresetsOwn(given);
     BakeReport report;
     if (options.disc_samples == 1)
         for (const Light& light : scene.lights)

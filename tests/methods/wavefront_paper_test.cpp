@@ -165,6 +165,9 @@ TEST(WavefrontPaper, RefusesWhatThePaperDoesNotKnow) {
     GivenOptions both = kPaper;
     both["arrivals"] = {std::string("strongest"), "test"};
     EXPECT_NE(refusal(plain, both).find("'arrivals'"), std::string::npos);
+    // What only the preset has does nothing without it.
+    EXPECT_NE(refusal(plain, with("area", std::string("jacobian"))).find("'area'"), std::string::npos);
+    EXPECT_NE(refusal(plain, with("smooth", 0.5)).find("'smooth'"), std::string::npos);
 }
 
 }  // namespace
