@@ -4,16 +4,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
 
+#include "bake/graded/face_nodes.h"
+#include "bake/graded/node_grid.h"
+#include "bake/graded/rim_mean.h"
 #include "bake/graded/voxel_mean.h"
 #include "bake/report/error.h"
 #include "bake/scene/solids.h"
-#include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
@@ -21,23 +24,6 @@ namespace {
 constexpr int kMargin = 4;  // nodes around the object: what a spline reaches, and faces
 /// (n^2 - 1) / 2 that no index has: n^2 = 1e-5. Readers refuse coefficients of -0.5.
 constexpr double kLeastExcess = -0.499995;
-
-std::size_t flat(const glm::ivec3& count, const glm::ivec3& p) {
-    return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(count.y) + static_cast<std::size_t>(p.y)) *
-               static_cast<std::size_t>(count.x) +
-           static_cast<std::size_t>(p.x);
-}
-
-/// Calls visit(node, its place in arrays) for all nodes, layer by layer on all threads.
-template <class Visit>
-void forEachNode(const glm::ivec3& count, Monitor& monitor, const Visit& visit) {
-    parallelFor(count.z, [&](std::int64_t layer) {
-        monitor.checkCancelled();
-        const int z = static_cast<int>(layer);
-        for (int y = 0; y < count.y; ++y)
-            for (int x = 0; x < count.x; ++x) visit(glm::ivec3(x, y, z), flat(count, {x, y, z}));
-    });
-}
 
 /// Whether an object fills its whole box, so that its index may jump at the box's sides.
 bool fillsBox(const GradedIndex& index, const WorldBox& box) {
@@ -157,31 +143,105 @@ private:
     }
 
     /// Steps from a node to the next ripple with the grid; eye rays, which are refracted in the middle of them, see
-    /// that in which way a face looks, and do not see how wide it is. So faces are spread over a Gaussian. Means over
-    /// whole voxels have ripples that are longer than it, aliases of the grid: it is taken of means over half voxels,
-    /// whose aliases are a quarter as strong.
+    /// that in which way a face looks, and do not see how wide it is. So faces are made wider, all alike: along the
+    /// normal of the rim by a raised cosine, and where it has edges by a Gaussian of as much.
     void spread(const GradedIndex& index, std::vector<double>& excess) const {
-        constexpr double kSigma = 1.1;  // nodes
+        constexpr double kSigma = 1;                    // nodes
+        constexpr double kHalfWidth = kSigma / 0.3615;  // of a raised cosine of that deviation
+        // How much of the object is around each node: where the rim is near, and which way it looks.
+        SolidVolume near;
+        near.size = out_.count;
+        near.index.resize(excess.size());
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            near.index[i] = isThere(place(glm::dvec3(node))) ? 2.0F : 1.0F;
+        });
+        smooth(near, kSigma);
+        const RimMean mean{[&](const glm::dvec3& node) { return isThere(place(node)); },
+                           [&](const glm::dvec3& node) { return excessAt(index, place(node)); }, kHalfWidth};
+        std::vector<char> edge(excess.size(), jumpsWithin(near, excess) ? 1 : 0);
+        const std::vector<double> means = excess;
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            if (edge[i] != 0) return;
+            if (isAway(near.index[i])) {
+                excess[i] = excessAt(index, place(glm::dvec3(node)));
+                return;
+            }
+            const glm::dvec3 towards =
+                differenceAt(out_.count, node, [&](std::size_t n) { return double(near.index[n]); });
+            const auto smoothed = glm::length(towards) > 0 ? mean.at(glm::dvec3(node), towards) : std::nullopt;
+            if (smoothed) excess[i] = *smoothed;
+            edge[i] = smoothed ? 0 : 1;
+        });
+        if (std::find(edge.begin(), edge.end(), 1) != edge.end()) spreadEdges(index, kSigma, edge, means, excess);
+    }
+
+    /// Of a smoothed share of the object, 1 more: whether no rim is near.
+    static bool isAway(float near) {
+        constexpr float kAlone = 1e-4F;
+        return near < 1 + kAlone || near > 2 - kAlone;
+    }
+
+    /// Whether the index has faces of its own, away from where the object ends: neighbours that are more than a quarter
+    /// of its range apart.
+    bool jumpsWithin(const SolidVolume& near, const std::vector<double>& excess) const {
+        constexpr double kJump = 0.25;
+        const auto [least, most] = std::minmax_element(excess.begin(), excess.end());
+        const double range = *most - *least;
+        std::atomic<bool> jumps{false};
+        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+            for (int a = 0; a < 3; ++a) {
+                glm::ivec3 next = node;
+                if (++next[a] >= out_.count[a]) continue;
+                const std::size_t n = flat(out_.count, next);
+                if (isAway(near.index[i]) && isAway(near.index[n]) && std::fabs(excess[i] - excess[n]) > kJump * range)
+                    jumps = true;
+            }
+        });
+        return jumps;
+    }
+
+    /// Where the rim has edges, or the index jumps within, faces are spread over a Gaussian. Means over whole voxels
+    /// have ripples that are longer than it, aliases of the grid: it is taken of means over half voxels, whose aliases
+    /// are a quarter as strong.
+    void spreadEdges(const GradedIndex& index, double sigma, const std::vector<char>& edge,
+                     const std::vector<double>& means, std::vector<double>& excess) const {
+        const std::vector<char> needed = around(edge, static_cast<int>(std::ceil(4 * sigma)) + 1);
         SolidVolume volume;
         const glm::dvec3 halves = 2.0 * glm::dvec3(out_.count) - 1.0;
         const int fine = halves.x * halves.y * halves.z <= static_cast<double>(sampling_.most_nodes) ? 2 : 1;
         volume.size = fine * (out_.count - 1) + 1;
         volume.index.resize(volume.flat(0, 0, volume.size.z));
         if (fine == 1) {
-            for (std::size_t i = 0; i < excess.size(); ++i) volume.index[i] = static_cast<float>(1 + excess[i]);
+            for (std::size_t i = 0; i < means.size(); ++i) volume.index[i] = static_cast<float>(1 + means[i]);
         } else {
-            std::vector<char> inside(excess.size());
+            std::vector<char> inside(means.size());
             forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
                 inside[i] = contains(index, place(glm::dvec3(node))) ? 1 : 0;
             });
             forEachNode(volume.size, monitor_, [&](const glm::ivec3& half, std::size_t i) {
-                volume.index[i] = static_cast<float>(1 + excessOfHalf(index, half, inside, excess));
+                if (needed[flat(out_.count, half / 2)] != 0)
+                    volume.index[i] = static_cast<float>(1 + excessOfHalf(index, half, inside, means));
             });
         }
-        smooth(volume, fine * kSigma);
+        smooth(volume, fine * sigma);
         forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-            excess[i] = double(volume.index[volume.flat(fine * node.x, fine * node.y, fine * node.z)]) - 1;
+            if (edge[i] != 0)
+                excess[i] = double(volume.index[volume.flat(fine * node.x, fine * node.y, fine * node.z)]) - 1;
         });
+    }
+
+    /// Nodes that are at most `reach` along each axis from one that is marked.
+    std::vector<char> around(std::vector<char> marked, int reach) const {
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::vector<char> before = marked;
+            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
+                glm::ivec3 near = node;
+                const int last = std::min(node[axis] + reach, out_.count[axis] - 1);
+                for (near[axis] = std::max(node[axis] - reach, 0); near[axis] <= last && marked[i] == 0; ++near[axis])
+                    marked[i] = before[flat(out_.count, near)];
+            });
+        }
+        return marked;
     }
 
     /// Mean over half a voxel, `half` being twice its place in nodes. Far from rims nodes around it tell.
@@ -290,111 +350,8 @@ private:
         return contains(first_, world);
     }
 
-    /// n at a place between nodes, as the samples have it.
-    double indexBetween(const glm::dvec3& node) const {
-        const glm::dvec3 inside = glm::clamp(node, glm::dvec3(0), glm::dvec3(out_.count - 1) - 1e-6);
-        const glm::ivec3 low(inside);
-        const glm::dvec3 t = inside - glm::dvec3(low);
-        double sum = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-            const glm::ivec3 step(corner & 1, corner >> 1 & 1, corner >> 2);
-            double weight = 1;
-            for (int a = 0; a < 3; ++a) weight *= step[a] ? t[a] : 1 - t[a];
-            sum += weight * samples_[flat(out_.count, low + step)];
-        }
-        return std::sqrt(std::max(0.0, 1 + 2 * sum));
-    }
-
-    /// Of the samples, per two nodes.
-    glm::dvec3 slopeAt(const glm::ivec3& node) const {
-        glm::dvec3 slope;
-        for (int a = 0; a < 3; ++a) {
-            glm::ivec3 ahead = node, behind = node;
-            ahead[a] = std::min(node[a] + 1, out_.count[a] - 1), behind[a] = std::max(node[a] - 1, 0);
-            slope[a] = samples_[flat(out_.count, ahead)] - samples_[flat(out_.count, behind)];
-        }
-        return slope;
-    }
-
-    bool isFace(const glm::ivec3& node) const {
-        constexpr double kLeastJump = 0.003, kShare = 0.7, kNear = 2, kFar = 6;  // nodes
-        const glm::dvec3 slope = slopeAt(node);
-        const double length = glm::length(slope);
-        if (!(length > 1e-4)) return false;
-        const glm::dvec3 normal = slope / length, at(node);
-        const double near = indexBetween(at + kNear * normal) - indexBetween(at - kNear * normal),
-                     far = indexBetween(at + kFar * normal) - indexBetween(at - kFar * normal);
-        return near > kLeastJump && near > kShare * far;
-    }
-
-    /// Whether a face, of which this is the middle, is wider than the nodes that isFace() finds.
-    bool isMiddleOfWideFace(const glm::ivec3& node) const {
-        constexpr double kMiddle = 0.35, kShare = 0.9, kNear = 2, kFar = 6;  // nodes
-        const glm::dvec3 slope = slopeAt(node);
-        const double length = glm::length(slope);
-        if (!(length > 1e-4)) return false;
-        const auto along = [&](double nodes) { return indexBetween(glm::dvec3(node) + (nodes / length) * slope); };
-        const double ahead = along(1), behind = along(-1);
-        return std::fabs(ahead + behind - 2 * along(0)) < kMiddle * (ahead - behind) &&
-               along(kNear) - along(-kNear) < kShare * (along(kFar) - along(-kFar));
-    }
-
-    /// Calls visit(node, number) for each node around another one, itself among them.
-    template <class Visit>
-    void forEachAround(const glm::ivec3& node, const Visit& visit) const {
-        const glm::ivec3 low = glm::max(node - 1, glm::ivec3(0)), high = glm::min(node + 1, out_.count - 1);
-        for (int z = low.z; z <= high.z; ++z)
-            for (int y = low.y; y <= high.y; ++y)
-                for (int x = low.x; x <= high.x; ++x) visit(glm::ivec3(x, y, z), flat(out_.count, {x, y, z}));
-    }
-
-    /// Faces that are smoothed over many nodes reach as far as the index still changes by a tenth of what it does in
-    /// their middle: what lay outside would bend rays a second time.
-    void reachOut(std::vector<std::uint8_t>& face) const {
-        constexpr int kFarthest = 4;  // nodes
-        constexpr float kTail = 0.1F;
-        if (std::find(face.begin(), face.end(), 255) == face.end()) return;
-        std::vector<float> slope(face.size());
-        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-            slope[i] = static_cast<float>(glm::length(slopeAt(node)));
-        });
-        // The steepest of what each node of a wide face belongs to.
-        std::vector<float> steepest(face.size(), 0.0F);
-        forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-            if (face[i] != 0 && isMiddleOfWideFace(node)) steepest[i] = slope[i];
-        });
-        for (int step = 0; step < kFarthest; ++step) {
-            const std::vector<float> before = steepest;
-            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-                float around = 0;
-                forEachAround(node, [&](const glm::ivec3&, std::size_t n) { around = std::max(around, before[n]); });
-                if (around > 0 && slope[i] > kTail * around) steepest[i] = std::max(steepest[i], around);
-            });
-        }
-        for (std::size_t i = 0; i < face.size(); ++i)
-            if (steepest[i] > 0) face[i] = 255;
-    }
-
     void layFaces() {
-        std::vector<std::uint8_t> face(samples_.size(), 0);
-        if (!out_.sharp_sides)
-            forEachNode(out_.count, monitor_,
-                        [&](const glm::ivec3& node, std::size_t i) { face[i] = isFace(node) ? 255 : 0; });
-        // Where a step was made wider, its width is known.
-        if (!spreads_) reachOut(face);
-        // A node more on all sides, and one more along the axes where a step was made wider.
-        out_.faces = face;
-        for (int grown = 0; grown < (spreads_ ? 2 : 1); ++grown) {
-            const std::vector<std::uint8_t> before = out_.faces;
-            forEachNode(out_.count, monitor_, [&](const glm::ivec3& node, std::size_t i) {
-                forEachAround(node, [&](const glm::ivec3& near, std::size_t n) {
-                    const glm::ivec3 apart = glm::abs(near - node);
-                    if (grown == 0 || apart.x + apart.y + apart.z <= 1)
-                        out_.faces[i] = std::max(out_.faces[i], before[n]);
-                });
-            });
-        }
-        if (std::count(out_.faces.begin(), out_.faces.end(), 255) == 0) out_.faces.clear();
+        if (!out_.sharp_sides) out_.faces = faceNodes(out_.count, samples_, spreads_, monitor_);
     }
 
     void layCoat() {

@@ -42,9 +42,9 @@ struct ObjectSampling {
 /// Samples one of a scene's objects; where an earlier one is, it is not.
 /// Formulas are sampled on an axis-aligned grid, a voxel that the rim goes through by its mean; samples stay what they
 /// are. A face is where the index changes by more than 0.003 within four nodes, and there by more than 70 % of what it
-/// changes within twelve; a node more on all sides belongs to it. Faces of formulas are spread by 1.1 nodes, so that
-/// they look the same way wherever they lie in the grid. A face has the largest albedo of a volume within two
-/// nodes: what is painted on a body is on its face, and not half of it.
+/// changes within twelve; a node more on all sides belongs to it. Faces of formulas are made wider, by a deviation
+/// of a node, so that they look the same way wherever they lie in the grid. A face has the largest albedo of a volume
+/// within two nodes: what is painted on a body is on its face, and not half of it.
 /// @throws Error{Input} for too many nodes, with what would do; Error{Cancelled}
 ObjectSamples sampleObject(const std::vector<GradedObject>& objects, std::size_t number, const ObjectSampling& sampling,
                            Monitor& monitor);

@@ -200,11 +200,11 @@ TEST_F(BentRays, ABallWithFacesIsSeenAsASharpOne) {
             const double rms = std::sqrt(squares / directed), image = std::sqrt(error / size);
             std::printf("ball with faces, %s, %d nodes: %.4f degrees rms, %.3f at most, image %.5f, %d rays\n",
                         as_exported ? "exported" : "made", nodes, rms, worst, image, rays);
-            EXPECT_LT(rms, as_exported ? 0.6 : 0.1) << nodes;
-            EXPECT_LT(image, as_exported ? 0.012 : 0.003) << nodes;
+            EXPECT_LT(rms, 0.1) << nodes;
+            EXPECT_LT(image, 0.003) << nodes;
             last = rms;
         }
-        EXPECT_LT(last, as_exported ? 0.2 : 0.05);
+        EXPECT_LT(last, as_exported ? 0.06 : 0.05);
     }
 }
 
