@@ -95,9 +95,10 @@ def evaluated(object_evaluated, matrix_world, depsgraph):
 def _corner_normals(mesh):
     """Of each face corner, with sharp edges, auto smooth and custom normals. Blender 4.1 keeps them by itself."""
     normals = numpy.empty(len(mesh.loops) * 3, dtype=numpy.float32)
-    if hasattr(mesh, "corner_normals"):
-        mesh.corner_normals.foreach_get("vector", normals)
-    else:
+    # 4.0 has both, and its corner_normals are empty.
+    if hasattr(mesh, "calc_normals_split"):
         mesh.calc_normals_split()
         mesh.loops.foreach_get("normal", normals)
+    else:
+        mesh.corner_normals.foreach_get("vector", normals)
     return normals.reshape(-1, 3).astype(float)
