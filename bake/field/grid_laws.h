@@ -2,6 +2,7 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <string>
 #include <vector>
 
 #include "bake/field/light_field.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <utility>
 #include <vector>
 
 namespace photic {

@@ -3,6 +3,9 @@
 /// neither decoded nor looked for, and files are opened by the caller's own callbacks.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <nlohmann/json.hpp>
 
 #define TINYGLTF_NO_STB_IMAGE

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <utility>
 
 #include "bake/paths/height_field_hit.h"
 #include "bake/paths/launch_domain.h"

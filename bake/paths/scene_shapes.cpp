@@ -3,6 +3,7 @@
 
 #include <array>
 #include <mutex>
+#include <utility>
 #include <variant>
 #include <vector>
 

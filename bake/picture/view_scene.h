@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <memory>

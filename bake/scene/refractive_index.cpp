@@ -2,6 +2,7 @@
 #include "bake/scene/refractive_index.h"
 
 #include <cmath>
+#include <utility>
 
 namespace photic {
 namespace {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 #include "bake/paths/emission.h"

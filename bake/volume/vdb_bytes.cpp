@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <utility>
 
 #include "bake/volume/byte_cursor.h"
 #include "bake/volume/vdb_tree.h"

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <optional>
+#include <tuple>
 
 #include "photic/bent_rays.h"
 #include "photic/live_bake.h"

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "bake/image/image.h"

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <fstream>
+#include <functional>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 namespace photic::house {
 namespace {
@@ -202,6 +204,57 @@ std::vector<Breach> versionedHeaders(const fs::path& root) {
                     {name, line, "g++ 12 warns inside this header where it is sanitized: take the text apart"});
             if (!has_ranges && lines[i].find(join) != std::string::npos)
                 breaches.push_back({name, line, "include <fmt/ranges.h>, where fmt 11 has " + join});
+        }
+    }
+    return breaches;
+}
+
+std::vector<Breach> missingHeaders(const fs::path& root) {
+    static const std::vector<std::pair<std::string, std::set<std::string>>> kHeaders = {
+        {"algorithm",
+         {"clamp",  "min",    "max",     "sort",    "stable_sort", "minmax",      "fill",        "copy",
+          "all_of", "any_of", "none_of", "find_if", "count_if",    "lower_bound", "max_element", "min_element",
+          "unique", "equal",  "reverse", "find",    "upper_bound", "transform",   "nth_element", "remove_if"}},
+        {"numeric", {"accumulate", "iota", "inner_product", "gcd"}},
+        {"cmath",
+         {"sqrt", "pow", "sin", "cos", "tan", "exp", "log", "fabs", "floor", "ceil", "lround", "isfinite", "hypot"}},
+        {"memory", {"unique_ptr", "shared_ptr", "make_unique", "make_shared"}},
+        {"limits", {"numeric_limits"}},
+        {"tuple", {"tuple", "tie"}},
+        {"utility", {"move", "exchange", "pair", "swap"}},
+    };
+    std::map<std::string, std::set<std::string>> named;  // of each file: all that its own headers include
+    std::map<std::string, std::vector<std::string>> lines;
+    for (const auto& file : sourceFiles(root))
+        if (isCpp(file)) lines[file.generic_string()] = linesOf(root / file);
+    const std::function<const std::set<std::string>&(const std::string&)> headersOf = [&](
+        const std::string& file) -> auto& {
+        const auto [entry, fresh] = named.try_emplace(file);
+        if (!fresh) return entry->second;
+        std::set<std::string> found;
+        for (const std::string& line : lines[file]) {
+            if (line.rfind("#include ", 0) != 0 || line.size() < 12) continue;
+            const std::string header = line.substr(10, line.find_first_of(">\"", 10) - 10);
+            if (line[9] == '<') found.insert(header);
+            for (const std::string& place :
+                 {header, "runtime/include/" + header, (fs::path(file).parent_path() / header).generic_string()})
+                if (lines.count(place) && place != file) found.merge(std::set<std::string>(headersOf(place)));
+        }
+        return named[file] = std::move(found);
+    };
+    std::vector<Breach> breaches;
+    for (const auto& [file, text] : lines) {
+        std::set<std::string> missing;
+        for (std::size_t i = 0; i < text.size(); ++i) {
+            const std::string code = text[i].substr(0, text[i].find("//"));
+            for (std::size_t at = code.find("std::"); at != std::string::npos; at = code.find("std::", at + 5)) {
+                const std::string name =
+                    code.substr(at + 5, code.find_first_not_of("abcdefghijklmnopqrstuvwxyz_", at + 5) - at - 5);
+                for (const auto& [header, names] : kHeaders)
+                    if (names.count(name) && !headersOf(file).count(header) && missing.insert(header).second)
+                        breaches.push_back(
+                            {file, static_cast<int>(i) + 1, "include <" + header + "> for std::" + name});
+            }
         }
     }
     return breaches;

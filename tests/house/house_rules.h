@@ -38,6 +38,10 @@ std::vector<std::string> filesIncludingOpenVdb(const std::filesystem::path& root
 /// joins without the header that newer versions have that in; and <regex>, which g++ 12 warns about under sanitizers.
 std::vector<Breach> versionedHeaders(const std::filesystem::path& root);
 
+/// Functions of the standard library whose header a file names neither itself nor by a header of ours: other versions
+/// of the library, and of other people's headers, do not bring it along.
+std::vector<Breach> missingHeaders(const std::filesystem::path& root);
+
 /// Files without the SPDX line of Apache-2.0 among their first two lines.
 std::vector<Breach> missingLicence(const std::filesystem::path& root);
 

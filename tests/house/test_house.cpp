@@ -67,6 +67,8 @@ TEST(House, FewFilesIncludeOpenVdb) {
 
 TEST(House, VersionsAreKnownInOnePlace) { EXPECT_EQ(inWords(versionedHeaders(kSource)), ""); }
 
+TEST(House, HeadersAreNamedWhereTheyAreNeeded) { EXPECT_EQ(inWords(missingHeaders(kSource)), ""); }
+
 TEST(House, EverySourceNamesItsLicence) { EXPECT_EQ(inWords(missingLicence(kSource)), ""); }
 
 TEST(House, NoFileIsLongerThan500Lines) { EXPECT_EQ(inWords(longFiles(kSource, 500)), ""); }
@@ -172,6 +174,20 @@ TEST_F(MadeUpHouse, VersionedHeaderIsFound) {
     EXPECT_EQ(versionedHeaders(root_).size(), 8u);
     write("tests/scene/names.cpp", expressions);
     EXPECT_EQ(versionedHeaders(root_).size(), 9u);
+}
+
+TEST_F(MadeUpHouse, MissingHeadersAreFound) {
+    write("bake/scene/a.h", "#include <algorithm>\n#include <vector>\n");
+    write("bake/scene/a.cpp", "#include \"bake/scene/a.h\"\nint a = std::clamp(1, 2, 3);  // std::sqrt\n");
+    EXPECT_EQ(inWords(missingHeaders(root_)), "");
+    write("bake/scene/b.cpp", "#include <vector>\nint a = 1, b = std::max(a, 2), c = std::min(b, 2);\n");
+    write("bake/scene/c.cpp",
+          "#include <algorithm>\ndouble d = std::sort, e = std::sqrt(std::clamp(1.0, 2.0, 3.0));\n");
+    const auto found = missingHeaders(root_);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].file, "bake/scene/b.cpp");
+    EXPECT_EQ(found[0].line, 2);
+    EXPECT_NE(found[1].what.find("<cmath>"), std::string::npos);
 }
 
 TEST_F(MadeUpHouse, MissingLicenceIsFound) {

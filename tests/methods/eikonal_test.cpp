@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"

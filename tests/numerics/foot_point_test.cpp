@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "bake/numerics/amplitude_transport.h"
 #include "bake/threads/parallel_for.h"

@@ -4,6 +4,7 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "bake/file/vdb.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The switch by which a game falls back where nothing was baked: one receiver pass, whatever the light's source.
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <numbers>

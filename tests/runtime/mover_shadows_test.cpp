@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <tuple>
 
 #include "photic/movers.h"
 #include "tests/runtime/baked_scene.h"

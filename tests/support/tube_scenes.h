@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "bake/field/grid_frame.h"

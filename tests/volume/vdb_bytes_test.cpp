@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 
 #include "bake/volume/byte_cursor.h"
 #include "tests/volume/vdb_files.h"

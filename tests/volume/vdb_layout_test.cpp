@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <utility>
 
 #include "bake/volume/pack.h"
 #include "tests/volume/vdb_files.h"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <photic/runtime.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
