@@ -64,15 +64,53 @@ void putHeader(std::string& bytes, std::size_t at, const IndexVolumeObject& obje
     put(bytes, at + format::kIndexAnisotropyAt, static_cast<float>(object.anisotropy));
 }
 
+std::uint64_t appendShape(std::string& bytes, const SharpShape& shape) {
+    const bool ball = shape.triangles.empty();
+    std::string block(format::kShapeHeader, '\0');
+    put(block, format::kShapeKindAt,
+        std::uint32_t{ball                    ? format::kShapeBall
+                      : shape.normals.empty() ? format::kShapeFlat
+                                              : format::kShapeSmooth});
+    put(block, format::kShapeVerticesAt, static_cast<std::uint32_t>(ball ? 0 : shape.positions.size()));
+    put(block, format::kShapeTrianglesAt, static_cast<std::uint32_t>(shape.triangles.size()));
+    put(block, format::kShapeFacesAt, static_cast<std::uint32_t>(shape.faces));
+    put(block, format::kShapeRankAt, static_cast<std::uint32_t>(shape.rank));
+    for (int c = 0; c < 3; ++c) {
+        const auto place = static_cast<std::size_t>(4 * c);
+        put(block, format::kShapeIndexAt + place, static_cast<float>(shape.index[c]));
+        put(block, format::kShapeAbsorptionAt + place, static_cast<float>(shape.absorption[c]));
+        put(block, format::kShapeColourAt + place, static_cast<float>(shape.colour[c]));
+    }
+    if (ball) {
+        for (int c = 0; c < 4; ++c) put(block, format::kShapeBallAt + 4 * static_cast<std::size_t>(c), shape.ball[c]);
+    } else {
+        for (const auto* vectors : {&shape.positions, &shape.normals})
+            for (const glm::vec3& v : *vectors)
+                for (int c = 0; c < 3; ++c) block.append(reinterpret_cast<const char*>(&v[c]), sizeof(float));
+        block.append(reinterpret_cast<const char*>(shape.triangles.data()),
+                     shape.triangles.size() * sizeof(shape.triangles[0]));
+    }
+    return append(bytes, block.data(), block.size());
+}
+
+unsigned versionOf(const std::vector<IndexVolumeObject>& objects) {
+    unsigned version = format::kIndexFirstVersion;
+    for (const IndexVolumeObject& object : objects) {
+        if (object.shape) return format::kIndexVersion;
+        if (object.reflects()) version = format::kIndexCoatVersion;
+    }
+    return version;
+}
+
 }  // namespace
 
 std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
-    const bool reflects =
-        std::any_of(objects.begin(), objects.end(), [](const IndexVolumeObject& object) { return object.reflects(); });
-    const unsigned header = reflects ? format::kIndexObjectHeader : format::kIndexFirstHeader;
+    const unsigned version = versionOf(objects);
+    const unsigned header =
+        version == format::kIndexFirstVersion ? format::kIndexFirstHeader : format::kIndexObjectHeader;
     std::string bytes(format::kIndexFileHeader + header * objects.size(), '\0');
     std::memcpy(bytes.data(), format::kIndexMagic, 8);
-    put(bytes, format::kIndexVersionAt, std::uint32_t{reflects ? format::kIndexVersion : format::kIndexFirstVersion});
+    put(bytes, format::kIndexVersionAt, std::uint32_t{version});
     put(bytes, format::kIndexObjectsAt, static_cast<std::uint32_t>(objects.size()));
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const IndexVolumeObject& object = objects[i];
@@ -81,13 +119,13 @@ std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
         std::vector<float> all;
         for (const auto& channel : object.spline) all.insert(all.end(), channel.begin(), channel.end());
         std::array<std::uint64_t, 4> offsets{};
-        offsets[format::kIndexSpline] = append(bytes, all.data(), all.size() * sizeof(float));
+        if (!all.empty()) offsets[format::kIndexSpline] = append(bytes, all.data(), all.size() * sizeof(float));
         if (!object.attenuation.empty()) offsets[format::kIndexAttenuation] = appendHalves(bytes, object.attenuation);
         if (!object.glow.empty()) offsets[format::kIndexGlow] = appendHalves(bytes, object.glow);
         if (!object.faces.empty())
             offsets[format::kIndexFaces] = append(bytes, object.faces.data(), object.faces.size());
         for (std::size_t k = 0; k < offsets.size(); ++k) put(bytes, at + format::kIndexOffsetsAt + 8 * k, offsets[k]);
-        if (!reflects) continue;
+        if (version == format::kIndexFirstVersion) continue;
         for (int c = 0; c < 3; ++c)
             put(bytes, at + format::kIndexAlbedoAt + 4 * static_cast<std::size_t>(c),
                 static_cast<float>(object.albedo[c]));
@@ -95,6 +133,10 @@ std::string indexVolumeBytes(const std::vector<IndexVolumeObject>& objects) {
         if (!object.coat.empty()) {
             const std::uint64_t coat = appendCoat(bytes, object.coat);
             put(bytes, at + format::kIndexCoatAt, coat);
+        }
+        if (object.shape) {
+            const std::uint64_t shape = appendShape(bytes, *object.shape);
+            put(bytes, at + format::kIndexShapeAt, shape);
         }
     }
     put(bytes, format::kIndexFileSizeAt, static_cast<std::uint64_t>(bytes.size()));

@@ -7,7 +7,8 @@
 namespace photic::format {
 
 inline constexpr char kIndexMagic[] = "PhoticIV";  // the first eight bytes, without a NUL
-inline constexpr unsigned kIndexVersion = 2;       // the latest
+inline constexpr unsigned kIndexVersion = 3;       // the latest
+inline constexpr unsigned kIndexCoatVersion = 2;   // without shapes
 inline constexpr unsigned kIndexFirstVersion = 1;  // without what is said of faces; its objects' headers are shorter
 
 // The file's header.
@@ -33,6 +34,7 @@ inline constexpr unsigned kIndexBoxAt = 232;           // 6 f32: low x, y, z and
 inline constexpr unsigned kIndexAlbedoAt = 256;        // 3 f32: of faces, where there is no coat; from version 2 on
 inline constexpr unsigned kIndexRoughnessAt = 268;     // f32, of highlights on faces; 0: there are none
 inline constexpr unsigned kIndexCoatAt = 272;          // u64: place of the fifth array
+inline constexpr unsigned kIndexShapeAt = 280;         // u64: place of the shape's block; 0: there is none; version 3
 inline constexpr unsigned kIndexSharpSides = 1;        // flag: the object ends at the box as at a polished face
 
 // Four of the arrays, by their place among the offsets; x fastest, then y, then z.
@@ -43,6 +45,23 @@ inline constexpr unsigned kIndexFaces = 3;        // u8 a node: 255 where a face
 // The fifth, from version 2 on: 3 u8 a node, the albedo of faces, of 255.
 inline constexpr unsigned kIndexAlignment = 16;  // of the arrays [bytes]
 
-inline constexpr unsigned kIndexLeastNodes = 4, kIndexMostNodes = 2048;  // a side
+inline constexpr unsigned kIndexLeastNodes = 4, kIndexMostNodes = 2048;  // a side; 0 of a shape without samples
+
+// A shape with sharp faces, from version 3 on: this block, and behind it without gaps positions, normals (of smooth
+// ones alone) and triangles. Positions are in nodes.
+inline constexpr unsigned kShapeHeader = 80;        // [bytes]
+inline constexpr unsigned kShapeKindAt = 0;         // u32
+inline constexpr unsigned kShapeVerticesAt = 4;     // u32
+inline constexpr unsigned kShapeTrianglesAt = 8;    // u32
+inline constexpr unsigned kShapeFacesAt = 12;       // u32: what they do to light
+inline constexpr unsigned kShapeIndexAt = 16;       // 3 f32: n inside, where there is no spline
+inline constexpr unsigned kShapeRankAt = 28;        // u32: of shapes around a place the one of the highest is there
+inline constexpr unsigned kShapeAbsorptionAt = 32;  // 3 f32 [1/m]: inside, where there is no spline
+inline constexpr unsigned kShapeColourAt = 48;      // 3 f32: of a mirror, the share that it sends back
+inline constexpr unsigned kShapeBallAt = 60;        // 4 f32: centre and radius of a ball
+inline constexpr unsigned kShapeSmooth = 0, kShapeFlat = 1, kShapeBall = 2;
+inline constexpr unsigned kFacesGlass = 0, kFacesClear = 1, kFacesMirror = 2, kFacesThin = 3;
+inline constexpr unsigned kShapeMostTriangles = 1u << 21;  // vertices: up to three times as many
+inline constexpr unsigned kShapeHighestRank = 255;
 
 }  // namespace photic::format

@@ -10,6 +10,9 @@
 #define PHOTIC_BENT_GLOW 9
 #define PHOTIC_BENT_BLOCKS 10
 #endif
+#ifndef PHOTIC_BENT_SHAPES_AT
+#define PHOTIC_BENT_SHAPES_AT 12
+#endif
 // For Vulkan PHOTIC_BENT_SET is the descriptor set.
 #ifdef PHOTIC_BENT_SET
 #define PHOTIC_BENT_AT(number) set = PHOTIC_BENT_SET, binding = number
@@ -17,6 +20,7 @@
 #define PHOTIC_BENT_AT(number) binding = number
 #endif
 // PHOTIC_BENT_GRADIENTS: one filtered read of value and gradient instead of the spline.
+// PHOTIC_BENT_SHAPES: objects may have shapes with sharp faces.
 
 #define PHOTIC_BENT_MOST 16
 
@@ -42,6 +46,9 @@ layout(std140, PHOTIC_BENT_AT(PHOTIC_BENT_BUFFER)) uniform photic_bent_parameter
     // looks in; w of the first two: cosine and sine of the surroundings' turn about z.
     vec4 photic_bent_ambient[9];
     PhoticBentObject photic_bent_objects[PHOTIC_BENT_MOST];
+    // Of each object its shape: first texel, or -1; rank; 1 where there are samples in it; mask of the objects with shapes
+    // whose boxes overlap with the object's.
+    ivec4 photic_bent_shapes[PHOTIC_BENT_MOST];
 };
 
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_ATTENUATION)) uniform highp sampler3D photic_bent_attenuation;  // absorption [1/m], presence
@@ -52,6 +59,17 @@ layout(PHOTIC_BENT_AT(PHOTIC_BENT_BLOCKS)) uniform highp usampler3D photic_bent_
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_GRADIENTS_AT)) uniform highp sampler3D photic_bent_gradients;  // slope per node; (n^2 - 1) / 2
 #else
 layout(PHOTIC_BENT_AT(PHOTIC_BENT_SPLINE)) uniform highp sampler2DArray photic_bent_spline;      // (n^2 - 1) / 2: coefficients
+#endif
+
+#ifdef PHOTIC_BENT_SHAPES
+layout(PHOTIC_BENT_AT(PHOTIC_BENT_SHAPES_AT)) uniform highp usampler2D photic_bent_shape_texels;
+/// (n^2 - 1) / 2 of the shape around a place that has no samples, 0 in air, and its absorption [1/m].
+float photic_bent_base = 0.0;
+vec3 photic_bent_base_absorption = vec3(0.0);
+bool photicBentShaped(int object) { return photic_bent_shapes[object].x >= 0; }
+#else
+#define photic_bent_base 0.0
+#define photicBentShaped(object) false
 #endif
 
 struct PhoticRefraction {
@@ -134,7 +152,7 @@ PhoticRefraction photicBentOne(int object, vec3 node, int channel) {
 
 /// That of an object and of those whose boxes overlap with its: they add up.
 PhoticRefraction photicBentAt(int object, vec3 place, int channel) {
-    PhoticRefraction sum = PhoticRefraction(0.0, vec3(0.0));
+    PhoticRefraction sum = PhoticRefraction(photic_bent_base, vec3(0.0));
     int others = photic_bent_objects[object].block.w;
     // Itself first. One look-up in the text: compilers copy it to wherever it is called.
     for (int i = -1; i < photic_bent_counts.x; ++i) {
@@ -219,10 +237,10 @@ vec2 photicBentBox(int object, vec3 place, vec3 direction) {
     return vec2(max(near.x, max(near.y, near.z)), min(far.x, min(far.y, far.z)));
 }
 
-/// An object that holds a place; -1: none.
+/// An object without a shape that holds a place; -1: none.
 int photicBentFind(vec3 place) {
     for (int i = 0; i < photic_bent_counts.x; ++i) {
-        if (photicBentHolds(i, photicBentNode(i, place))) return i;
+        if (!photicBentShaped(i) && photicBentHolds(i, photicBentNode(i, place))) return i;
     }
     return -1;
 }

@@ -102,7 +102,14 @@ void photicBentSeek(int object, vec3 place, vec3 node, PhoticRefraction here) {
         bool holds = photicBentHolds(object, node), face = holds && photicBentFace(object, node);
         float strength = length(here.gradient), t = photic_bent_face.along;
         if (t == 0.0) photic_bent_face.near = face ? vec3(0.0) : here.gradient;
-        if ((t > 0.0 && !face) || t > 24.0) {
+        bool stopped = false;
+#ifdef PHOTIC_BENT_SHAPES
+        // A sharp face ends the search, a hair before it.
+        float until = photic_bent_hit.along * length(photic_bent_ray.momentum) / length(photic_bent_face.way) - 1e-3;
+        stopped = photic_bent_hit.object >= 0 && t >= until;
+        if (stopped) t = max(until, 0.0), place = photic_bent_ray.start + t * photic_bent_face.way;
+#endif
+        if ((t > 0.0 && !face) || t > 24.0 || stopped) {
             // Past all of it: straight on along a face that it does not meet, otherwise bent by what is beside faces.
             vec3 p = photic_bent_ray.momentum;
             float square = dot(p, p), s = kPace * length(photic_bent_face.way) / sqrt(square);

@@ -16,6 +16,7 @@
 #define PHOTIC_BENT_PEAK 4   // there: which way it looks
 #define PHOTIC_BENT_PROBE 5  // behind it, for its index there
 #define PHOTIC_BENT_LAND 6   // on it
+#define PHOTIC_BENT_MEET 7   // behind a sharp face of a shape
 
 /// A ray, as it is followed. Where nothing bends it, it goes straight from `start`: places are start + count * step *
 /// momentum, never summed up, so that passing over many steps at once changes no bit.
@@ -63,6 +64,11 @@ PhoticBentFace photic_bent_face;
 vec3 photic_bent_places[PHOTIC_BENT_STACK], photic_bent_ways[PHOTIC_BENT_STACK], photic_bent_weights[PHOTIC_BENT_STACK];
 int photic_bent_pending;
 bool photic_bent_touched;
+#ifdef PHOTIC_BENT_SHAPES
+int photic_bent_inside, photic_bent_body;  // bits of the objects whose shapes the ray is in; that which is there, -1: none
+int photic_bent_insides[PHOTIC_BENT_STACK];
+float photic_bent_back;  // how far behind `start` the ray's line was not yet searched for faces
+#endif
 // A stretch with one medium and no bend: steps, and what it does.
 float photic_bent_stretch;
 vec3 photic_bent_extinction, photic_bent_emission;
@@ -101,6 +107,9 @@ void photicBentPush(vec3 place, vec3 momentum, vec3 weight) {
         photic_bent_places[photic_bent_pending] = place;
         photic_bent_ways[photic_bent_pending] = momentum;
         photic_bent_weights[photic_bent_pending] = weight;
+#ifdef PHOTIC_BENT_SHAPES
+        photic_bent_insides[photic_bent_pending] = photic_bent_inside;
+#endif
         ++photic_bent_pending;
     } else {
         photic_bent_sum += weight * photicEnvironment(normalize(momentum));
@@ -126,9 +135,20 @@ void photicBentScatter(PhoticBentMedium m, vec3 place, float length_m, float squ
 void photicBentBegin(vec3 place, vec3 momentum, vec3 weight, int object) {
     photic_bent_ray = PhoticBentRay(place, momentum, 0.0, 0.0, vec3(0.0), object, PHOTIC_BENT_STEP, weight);
     photic_bent_stretch = 0.0;
+#ifdef PHOTIC_BENT_SHAPES
+    photic_bent_back = 0.0;
+#endif
 }
 
+#ifdef PHOTIC_BENT_SHAPES
+#include "photic_bent_shape.glsl"
+#endif
 #include "photic_bent_face.glsl"
+#ifdef PHOTIC_BENT_SHAPES
+#include "photic_bent_shape_cross.glsl"
+#else
+#define photicBentSamples(place) photicBentFind(place)
+#endif
 
 /// At a sharp side of an object's box: refracts the ray, or reflects all of it. @param into  of the object
 /// @param square  n^2 on the side that it goes to
@@ -199,10 +219,23 @@ void photicBentKick(vec3 middle, vec3 force, PhoticBentMedium medium, bool bends
         photic_bent_ray.start = middle + (0.5 * step) * momentum;
         photic_bent_ray.momentum = momentum;
         photic_bent_ray.count = 0.0;
+#ifdef PHOTIC_BENT_SHAPES
+        photic_bent_back = 0.5 * step;
+#endif
     } else {
         photic_bent_ray.count += 1.0;
     }
     photic_bent_ray.force = force;
+}
+
+/// The ray goes on from where it is, with another momentum or step.
+void photicBentAnew() {
+    photicBentFlush();
+#ifdef PHOTIC_BENT_SHAPES
+    photicBentMoveHit(photic_bent_ray.count * photic_bent_ray.step);
+#endif
+    photic_bent_ray.start = photicBentPlace();
+    photic_bent_ray.count = 0.0;
 }
 
 /// One step that goes straight on, or `jump` that are alike.
@@ -215,17 +248,8 @@ void photicBentDrift(PhoticBentMedium medium, float jump, float longest) {
     photic_bent_ray.count += jump;
     photic_bent_ray.force = vec3(0.0);
     if (photic_bent_ray.step < longest) {
-        photicBentFlush();
-        photic_bent_ray.start = photicBentPlace();
-        photic_bent_ray.count = 0.0;
+        photicBentAnew();
     }
-}
-
-/// The ray goes on from where it is, with another momentum or step.
-void photicBentAnew() {
-    photicBentFlush();
-    photic_bent_ray.start = photicBentPlace();
-    photic_bent_ray.count = 0.0;
 }
 
 /// One look at the index, in the ray's object, and what follows: a step, or several that are alike.
@@ -233,7 +257,7 @@ void photicBentLook(int channel) {
     int object = photic_bent_ray.object;
     float n = length(photic_bent_ray.momentum), longest = 0.0, room = 1e30;
     vec3 place = photic_bent_ray.start, node = vec3(0.0);
-    bool even = false, leaves = false;
+    bool even = false, leaves = false, meets = false;
 #ifndef PHOTIC_EULER
     if (photic_bent_ray.look == PHOTIC_BENT_STEP) {
         longest = photic_bent_march.x / length(photicBentNodeVector(object, photic_bent_ray.momentum));
@@ -247,10 +271,18 @@ void photicBentLook(int channel) {
                 photic_bent_ray.step = max(room, 0.0);
             }
         }
+#ifdef PHOTIC_BENT_SHAPES
+        meets = photic_bent_hit.object >= 0 && photicBentRoom() <= photic_bent_ray.step;
+        if (meets) {
+            photicBentAnew();
+            photic_bent_ray.step = max(photic_bent_hit.along, 0.0);
+            leaves = false;
+        }
+#endif
         place = photic_bent_ray.start +
                 ((photic_bent_ray.count + 0.5) * photic_bent_ray.step) * photic_bent_ray.momentum;
         node = photicBentNode(object, place);
-        even = photic_bent_counts.w != 0 && photic_bent_objects[object].block.w == 0 && photicBentReach(object, node) > 0;
+        even = photic_bent_counts.w != 0 && !meets && photic_bent_objects[object].block.w == 0 && photicBentReach(object, node) > 0;
     }
 #endif
 #ifndef PHOTIC_EULER
@@ -264,6 +296,12 @@ void photicBentLook(int channel) {
     PhoticRefraction here = PhoticRefraction(0.0, vec3(0.0));
     if (!even) here = photicBentAt(object, place, channel);
     float square = 1.0 + 2.0 * here.excess;
+#ifdef PHOTIC_BENT_SHAPES
+    if (photic_bent_ray.look == PHOTIC_BENT_MEET) {
+        photicBentCrossShape(square);
+        return;
+    }
+#endif
     if (photic_bent_ray.look == PHOTIC_BENT_ENTER) {
         photicBentCrossSide(object, place, true, square);
         return;
@@ -284,7 +322,7 @@ void photicBentLook(int channel) {
     vec3 force = here.gradient;
     float strength = length(force), step = photic_bent_ray.step;
     bool bends = strength > 0.0;
-    if (bends && photicBentFace(object, node)) {
+    if (bends && !meets && photicBentFace(object, node)) {
         photicBentAnew();
         photic_bent_face.way = photic_bent_ray.momentum / length(photicBentNodeVector(object, photic_bent_ray.momentum));
         photic_bent_face.along = 0.0;
@@ -295,26 +333,40 @@ void photicBentLook(int channel) {
         return;
     }
     // Too long for what was met: again, shorter.
-    if (strength * step > 1.5 * photic_bent_march.y * n && !leaves && step > 0.02 * longest) {
+    if (strength * step > 1.5 * photic_bent_march.y * n && !leaves && !meets && step > 0.02 * longest) {
         photicBentAnew();
         photic_bent_ray.force = force;
         return;
     }
     PhoticBentMedium medium = photicBentMedium(object, node);
+#ifdef PHOTIC_BENT_SHAPES
+    medium.absorption += photic_bent_base_absorption;
+    vec3 meeting = photic_bent_ray.start + photic_bent_hit.along * photic_bent_ray.momentum;
+#endif
     bool scatters = false;
 #ifdef PHOTIC_LIT
     scatters = medium.scattering != vec3(0.0);
 #endif
-    if (bends || scatters || leaves) {
-        photicBentKick(place, force, medium, bends, leaves);
+    if (bends || scatters || leaves || meets) {
+        photicBentKick(place, force, medium, bends, leaves || meets);
     } else {
         float jump = 1.0;
         if (even && step == longest)
             jump = photicBentJump(object, node, photicBentNodeVector(object, photic_bent_ray.momentum) * step);
+#ifdef PHOTIC_BENT_SHAPES
+        jump = min(jump, max(floor(photicBentRoom() / step), 1.0));
+#endif
         photicBentDrift(medium, jump, longest);
     }
+#ifdef PHOTIC_BENT_SHAPES
+    if (meets) {
+        photicBentMeet(meeting);
+        return;
+    }
+    if (photicBentShaped(object)) return;  // it ends at its faces
+#endif
     if (leaves) {
-        photicBentCrossSide(object, photicBentPlace(), false, 1.0);
+        photicBentCrossSide(object, photicBentPlace(), false, 1.0 + 2.0 * photic_bent_base);
     } else if (!photicBentHolds(object, photicBentNode(object, photicBentPlace()))) {
         photicBentFlush();
         photic_bent_ray.object = -2;  // whether in another is looked up next
@@ -322,7 +374,7 @@ void photicBentLook(int channel) {
 #endif
 }
 
-/// In air: on to the next object, or to what is behind all. @return whether the ray has ended
+/// In air, or in a shape of one index: on to the next object, or to what is behind all. @return whether the ray has ended
 bool photicBentFree() {
     vec3 place = photicBentPlace();
     if (photic_bent_ray.object == -2) {
@@ -331,14 +383,31 @@ bool photicBentFree() {
             photicBentBegin(place, photic_bent_ray.momentum, photic_bent_ray.weight, photic_bent_ray.object);
             return false;
         }
+#ifdef PHOTIC_BENT_SHAPES
+        photicBentBegin(place, photic_bent_ray.momentum, photic_bent_ray.weight, -1);
+        return false;
+#endif
     }
     vec3 direction = normalize(photic_bent_ray.momentum);
     int next = -1;
     float nearest = 1e30;
     for (int i = 0; i < photic_bent_counts.x; ++i) {
+        if (photicBentShaped(i)) continue;
         vec2 box = photicBentBox(i, place, direction);
         if (box.y > max(box.x, 1e-6) && max(box.x, 0.0) < nearest && box.x > 0.0) nearest = box.x, next = i;
     }
+#ifdef PHOTIC_BENT_SHAPES
+    float n = sqrt(1.0 + 2.0 * photic_bent_base), face = 1e30;
+    if (photic_bent_hit.object >= 0) face = photic_bent_hit.along * length(photic_bent_ray.momentum);
+    if (face < nearest) nearest = face, next = photic_bent_hit.object;
+    bool meets = next >= 0 && next == photic_bent_hit.object;
+    if (next < 0 && photic_bent_inside != 0) {
+        // No face behind it, though it is in a shape: through a hole of the mesh.
+        photicBentInto(0);
+        photicBentBegin(place, direction, photic_bent_ray.weight, -1);
+        return false;
+    }
+#endif
     vec3 radiance;
     if (photicNearby(photic_bent_ray.start, direction, next < 0 ? 1e30 : nearest + distance(place, photic_bent_ray.start), radiance)) {
         photic_bent_sum += photic_bent_ray.weight * radiance;
@@ -349,7 +418,16 @@ bool photicBentFree() {
         return true;
     }
     vec3 entry = place + nearest * direction;
+#ifdef PHOTIC_BENT_SHAPES
+    photicBentPass(photic_bent_base_absorption, vec3(0.0), nearest, n * n);
+    photicBentBegin(entry, direction * n, photic_bent_ray.weight, meets ? -1 : next);
+    if (meets) {
+        photicBentMeet(entry);
+        return false;
+    }
+#else
     photicBentBegin(entry, direction, photic_bent_ray.weight, next);
+#endif
     if (photic_bent_objects[next].box_low.w != 0.0) photic_bent_ray.look = PHOTIC_BENT_ENTER;
     return false;
 }
@@ -365,11 +443,21 @@ vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, 
     photic_bent_pending = 0;
     photic_bent_touched = false;
     photic_bent_stretch = 0.0;
-    int object = photicBentFind(place);
+#ifdef PHOTIC_BENT_SHAPES
+    photic_bent_channel = channel;
+    photicBentInto(photicBentAround(place, direction));
+#endif
+    int object = photicBentSamples(place);
     photicBentBegin(place, direction, channels, object);
     if (object >= 0) photic_bent_ray.look = PHOTIC_BENT_START;
+#ifdef PHOTIC_BENT_SHAPES
+    if (object < 0 && photic_bent_march.w == 0.0) photic_bent_ray.weight *= 1.0 + 2.0 * photic_bent_base;
+#endif
     bool done = false;
     for (int i = 0; i < photic_bent_counts.y && !done; ++i) {
+#ifdef PHOTIC_BENT_SHAPES
+        photicBentSearch();
+#endif
         if (photic_bent_ray.object >= 0) {
             photicBentLook(channel);
             continue;
@@ -380,8 +468,11 @@ vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, 
         } else {
             --photic_bent_pending;
             vec3 from = photic_bent_places[photic_bent_pending];
+#ifdef PHOTIC_BENT_SHAPES
+            photicBentInto(photic_bent_insides[photic_bent_pending]);
+#endif
             photicBentBegin(from, photic_bent_ways[photic_bent_pending], photic_bent_weights[photic_bent_pending],
-                            photicBentFind(from));
+                            photicBentSamples(from));
         }
     }
     // What has had its steps sees the environment.

@@ -81,31 +81,55 @@ Bounds layObject(const IndexObjects::Object& object, const PlacedObject& placed,
 
 }  // namespace
 
-IndexObjects::IndexObjects(const std::vector<IndexVolume>& volumes, const IndexAtlas& atlas) : texels(atlas.texels) {
+IndexObjects::IndexObjects(const std::vector<IndexVolume>& volumes, const IndexAtlas& atlas,
+                           const std::vector<int>& shapes)
+    : texels(atlas.texels) {
     for (std::size_t i = 0; i < volumes.size(); ++i) {
         const IndexVolumeData& data = volumes[i].data();
         const auto &s = data.scattering, &albedo = data.albedo;
         const bool matte = !data.coat.empty() || albedo[0] > 0 || albedo[1] > 0 || albedo[2] > 0;
-        objects.push_back({data.transform, data.box_low, data.box_high, data.count, atlas.places[i], s, data.anisotropy,
-                           albedo, data.roughness, volumes[i].reflects(), matte, data.sharp_sides,
-                           s[0] > 0 || s[1] > 0 || s[2] > 0, volumes[i].disperses()});
+        objects.push_back(
+            {data.transform, data.box_low, data.box_high, data.count, atlas.places[i], s, data.anisotropy, albedo,
+             data.roughness, volumes[i].reflects(), matte, data.sharp_sides, s[0] > 0 || s[1] > 0 || s[2] > 0,
+             volumes[i].disperses(), shapes[i], data.shape ? static_cast<int>(data.shape->rank) : 0,
+             (data.hasSamples() ? 1 : 0) +
+                 (data.shape ? 16 * static_cast<int>(data.shape->faces) + 256 * static_cast<int>(data.shape->kind)
+                             : 0)});
     }
+}
+
+bool IndexObjects::haveShapes(const std::vector<PlacedObject>& placed) const {
+    return std::any_of(placed.begin(), placed.end(), [&](const PlacedObject& p) {
+        return p.object < objects.size() && objects[p.object].shape >= 0;
+    });
 }
 
 BentBlock bentBlock(const IndexObjects& objects, const std::vector<PlacedObject>& placed, const Double3& origin,
                     const BentRayOptions& options, const Surroundings& surroundings) {
     require(options, surroundings, placed.size());
+    if (options.integrator == BentIntegrator::Euler && objects.haveShapes(placed))
+        fail(ErrorCode::Usage,
+             "an object with a mesh is placed, and the paper's loop (BentIntegrator::Euler) knows no faces");
     BentBlock block{};
     std::vector<Bounds> bounds;
     for (std::size_t i = 0; i < placed.size(); ++i) {
         if (placed[i].object >= objects.objects.size())
             fail(ErrorCode::Usage, "there is no index volume " + std::to_string(placed[i].object) + "; " +
                                        std::to_string(objects.objects.size()) + " were uploaded");
-        bounds.push_back(layObject(objects.objects[placed[i].object], placed[i], origin, block.objects[i]));
+        const IndexObjects::Object& object = objects.objects[placed[i].object];
+        bounds.push_back(layObject(object, placed[i], origin, block.objects[i]));
+        block.shapes[i][0] = object.shape, block.shapes[i][1] = object.rank;
+        block.shapes[i][2] = object.shape_flags;
     }
     for (std::size_t i = 0; i < placed.size(); ++i)
-        for (std::size_t k = 0; k < placed.size(); ++k)
-            if (i != k && bounds[i].overlaps(bounds[k])) block.objects[i].block[3] |= 1 << k;
+        for (std::size_t k = 0; k < placed.size(); ++k) {
+            if (!bounds[i].overlaps(bounds[k])) continue;
+            // Samples add up; what lies in a shape is not beside it.
+            if (block.shapes[k][0] >= 0)
+                block.shapes[i][3] |= 1 << k;
+            else if (i != k)
+                block.objects[i].block[3] |= 1 << k;
+        }
     for (std::size_t a = 0; a < 3; ++a) {
         block.origin[a] = static_cast<float>(origin[a]);
         block.texel[a] = 1.0F / static_cast<float>(objects.texels[a]);

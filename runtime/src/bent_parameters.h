@@ -16,8 +16,9 @@ struct BentBlock {
     std::int32_t counts[4];
     float march[4], texel[4], ambient[9][4];
     BentObjectBlock objects[BentRayPass::kMostObjects];
+    std::int32_t shapes[BentRayPass::kMostObjects][4];
 };
-static_assert(sizeof(BentObjectBlock) == 160 && sizeof(BentBlock) == 208 + 16 * 160);
+static_assert(sizeof(BentObjectBlock) == 160 && sizeof(BentBlock) == 208 + 16 * (160 + 16));
 
 /// The objects of an atlas, for their places in the world.
 struct IndexObjects {
@@ -31,12 +32,17 @@ struct IndexObjects {
         std::array<float, 3> albedo;  ///< of faces
         float roughness = 0;
         bool reflects = false, matte = false, sharp = false, scatters = false, disperses = false;
+        int shape = -1;  ///< place of its shape's texels; -1: none
+        int rank = 0;
+        int shape_flags = 0;  ///< 1 with samples; 16 times what its faces do; 256 times its kind
     };
     std::vector<Object> objects;
     Int3 texels{1, 1, 1};  ///< of the atlas
 
     IndexObjects() = default;
-    IndexObjects(const std::vector<IndexVolume>& volumes, const IndexAtlas& atlas);
+    IndexObjects(const std::vector<IndexVolume>& volumes, const IndexAtlas& atlas, const std::vector<int>& shapes);
+    /// Some of those that are placed have a shape.
+    bool haveShapes(const std::vector<PlacedObject>& placed) const;
 };
 
 /// @throws Failure{Usage} for what makes no sense

@@ -40,8 +40,9 @@ struct BentDraw {
     bool lit;  ///< there is light that scatters
 };
 
-std::vector<Define> definesOf(const BentRayOptions& options, bool lit) {
+std::vector<Define> definesOf(const BentRayOptions& options, bool lit, bool shapes) {
     std::vector<Define> defines;
+    if (shapes) defines.push_back({"PHOTIC_BENT_SHAPES", "1"});
     if (options.lookup == IndexLookup::Gradients) defines.push_back({"PHOTIC_BENT_GRADIENTS", "1"});
     if (options.integrator == BentIntegrator::Euler) defines.push_back({"PHOTIC_EULER", "1"});
     if (lit) defines.push_back({"PHOTIC_LIT", "1"});
@@ -120,7 +121,7 @@ Status BentRayPass::draw(const GBuffer& surfaces, const Target& target, const Gp
             if (scatters && l.weight != 0) shown.push_back(l);
         const BentDraw shared{surfaces, surroundings, *clip, disperses && options.disperses, !shown.empty()};
         for (std::size_t i = 0; i == 0 || i < shown.size(); ++i) {
-            std::vector<Define> defines = definesOf(options, shared.lit);
+            std::vector<Define> defines = definesOf(options, shared.lit, volumes.placed.haveShapes(placed));
             const GLuint program =
                 shared.lit ? pass.programFor(*shown[i].volume, std::move(defines)) : pass.program(defines);
             block.origin[3] = i == 0 ? 0.0F : 1.0F;
@@ -165,6 +166,8 @@ std::string bentGlsl(const BentGlslOptions& options) {
     if (options.vulkan_set) define("PHOTIC_BENT_SET", *options.vulkan_set);
     if (options.lookup == IndexLookup::Gradients) define("PHOTIC_BENT_GRADIENTS", 1);
     if (options.scatters) define("PHOTIC_LIT", 1);
+    define("PHOTIC_BENT_SHAPES_AT", at.shapes);
+    if (options.shapes) define("PHOTIC_BENT_SHAPES", 1);
     out +=
         "vec3 photicEnvironment(vec3 direction);\n"
         "bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance);\n";

@@ -16,7 +16,7 @@ namespace photic::runtime {
 /// unpacked from client memory, tightly. Costs some hundred and fifty glGet calls: one guard per pass, not per draw.
 class GlStateGuard {
 public:
-    static constexpr int kTextureUnits = 12;   ///< units 0 to 11 are put back; the library uses no other
+    static constexpr int kTextureUnits = 13;   ///< units 0 to 12 are put back; the library uses no other
     static constexpr int kBufferBindings = 6;  ///< uniform and storage bindings 0 to 5 likewise
 
     /// @throws Failure{Lost} as GlFunctions::lost says

@@ -16,11 +16,11 @@ struct GpuIndexVolumes::Impl {
     void destroy();  ///< deletes the GL names
     /// Makes the textures. @throws Failure{Memory}
     void make(const std::vector<IndexVolume>& volumes);
-    /// Textures to units 5 to 10, as photic_bent.glsl has them.
+    /// Textures to units 5 to 10 and 12, as photic_bent.glsl has them.
     void bind() const;
 
     GpuContext context;
-    GLuint spline = 0, gradients = 0, attenuation = 0, glow = 0, faces = 0, block_reach = 0;
+    GLuint spline = 0, gradients = 0, attenuation = 0, glow = 0, faces = 0, block_reach = 0, shapes = 0;
     IndexObjects placed;
     Info info;
 };

@@ -110,8 +110,8 @@ Half4 halves(const std::array<double, 4>& v) {
 bool IndexAtlas::lay(const std::vector<IndexVolume>& objects, std::size_t axis, int largest_texture) {
     places.assign(objects.size(), {});
     texels = blocks = {0, 0, 0};
-    const bool disperses =
-        std::any_of(objects.begin(), objects.end(), [](const IndexVolume& o) { return o.disperses(); });
+    const bool disperses = std::any_of(objects.begin(), objects.end(),
+                                       [](const IndexVolume& o) { return o.data().hasSamples() && o.disperses(); });
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const Int3& count = objects[i].data().count;
         places[i].corner[axis] = texels[axis];
@@ -121,8 +121,11 @@ bool IndexAtlas::lay(const std::vector<IndexVolume>& objects, std::size_t axis, 
             blocks[a] = a == axis ? blocks[a] + blocksAlong(count[a]) : std::max(blocks[a], blocksAlong(count[a]));
         }
     }
+    // Shapes of one index have no samples; a texture has a texel.
+    for (std::size_t a = 0; a < 3; ++a) texels[a] = std::max(texels[a], 1), blocks[a] = std::max(blocks[a], 1);
     spline_layers = texels[2] * (disperses ? 3 : 1);
-    for (std::size_t i = 0; i < objects.size(); ++i) places[i].channel_layers = objects[i].disperses() ? texels[2] : 0;
+    for (std::size_t i = 0; i < objects.size(); ++i)
+        places[i].channel_layers = objects[i].disperses() && objects[i].data().hasSamples() ? texels[2] : 0;
     return std::max({texels[0], texels[1], spline_layers}) <= largest_texture;
 }
 
@@ -142,7 +145,7 @@ IndexAtlas::IndexAtlas(const std::vector<IndexVolume>& objects, int largest_text
     lay(objects, best, largest_texture);
     for (std::size_t i = 0; i < objects.size(); ++i) {
         const IndexVolumeData& data = objects[i].data();
-        if (objects[i].attenuates()) places[i].flags |= 1, attenuates = true;
+        if (objects[i].attenuates() && data.hasSamples()) places[i].flags |= 1, attenuates = true;
         if (objects[i].shines()) places[i].flags |= 2, glows = true;
         if (!data.faces.empty()) places[i].flags |= 4, has_faces = true;
         if (!data.coat.empty()) places[i].flags |= 8, has_coat = true;
@@ -168,7 +171,7 @@ void IndexAtlas::findEven(const std::vector<IndexVolume>& objects) {
             }
         }
     }
-    even = static_cast<double>(with) / static_cast<double>(all);
+    even = all > 0 ? static_cast<double>(with) / static_cast<double>(all) : 0;
 }
 
 /// @param value  (data, channel, node) of an object

@@ -6,6 +6,7 @@
 namespace photic::runtime {
 
 /// packIndexVolumes(). @throws Failure
-IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest_texture);
+/// @param largest_flat  of 2D textures [texels a side]
+IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest_texture, int largest_flat);
 
 }  // namespace photic::runtime

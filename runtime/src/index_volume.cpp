@@ -84,7 +84,16 @@ bool holds(const IndexVolumeData& data, const Double3& node) {
 IndexVolume::IndexVolume() : data_(std::make_shared<IndexVolumeData>()) {}
 
 const std::string& IndexVolume::name() const { return data_->name; }
-bool IndexVolume::disperses() const { return !data_->spline[1].empty(); }
+bool IndexVolume::disperses() const {
+    if (data_->hasSamples() || !data_->shape) return !data_->spline[1].empty();
+    const auto& n = data_->shape->index;
+    return n[0] != n[1] || n[0] != n[2];
+}
+IndexShape IndexVolume::shape() const {
+    if (!data_->shape) return IndexShape::Samples;
+    return data_->shape->kind == SharpShape::Kind::Ball ? IndexShape::Ball : IndexShape::Mesh;
+}
+std::size_t IndexVolume::triangles() const { return data_->shape ? data_->shape->triangles.size() : 0; }
 bool IndexVolume::attenuates() const {
     const auto& s = data_->scattering;
     return !data_->attenuation.empty() || s[0] > 0 || s[1] > 0 || s[2] > 0;
@@ -112,7 +121,7 @@ std::uint64_t IndexVolume::bytes() const {
     std::uint64_t sum =
         (data_->attenuation.size() + data_->glow.size()) * sizeof(Half4) + data_->faces.size() + 3 * data_->coat.size();
     for (const auto& channel : data_->spline) sum += channel.size() * sizeof(float);
-    return sum;
+    return sum + (data_->shape ? data_->shape->bytes() : 0);
 }
 
 Refraction IndexVolume::at(const Vec3& world, int channel) const {

@@ -6,6 +6,7 @@
 #include "runtime/src/bent_parameters.h"
 #include "runtime/src/guarded.h"
 #include "runtime/src/index_atlas_bytes.h"
+#include "runtime/src/shape_texels.h"
 
 namespace photic::runtime {
 namespace {
@@ -21,7 +22,7 @@ TextureBytes textureOf(TexelFormat format, const Int3& size, const std::vector<T
 
 }  // namespace
 
-IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest_texture) {
+IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest_texture, int largest_flat) {
     const IndexAtlas atlas(volumes, largest_texture);
     constexpr Int3 kOne{1, 1, 1};
     const Int3 spline_size{atlas.texels[0], atlas.texels[1], atlas.spline_layers};
@@ -37,12 +38,14 @@ IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest
                 : atlas.has_faces ? textureOf(TexelFormat::R8, atlas.texels, atlas.faces(volumes))
                                   : textureOf(TexelFormat::R8, kOne, std::vector<std::uint8_t>(1));
     out.blocks = textureOf(TexelFormat::R8Uint, atlas.blocks, atlas.reach);
-    out.objects = std::make_shared<IndexObjects>(volumes, atlas);
+    ShapeTexels shapes(volumes, largest_flat);
+    out.shapes = std::move(shapes.texture);
+    out.objects = std::make_shared<IndexObjects>(volumes, atlas, shapes.places);
     out.info.objects = static_cast<int>(volumes.size());
     out.info.texels = atlas.texels;
     out.info.even = atlas.even;
     for (const TextureBytes* texture :
-         {&out.spline, &out.gradients, &out.attenuation, &out.glow, &out.faces, &out.blocks})
+         {&out.spline, &out.gradients, &out.attenuation, &out.glow, &out.faces, &out.blocks, &out.shapes})
         out.info.bytes += texture->texels.size();
     return out;
 }
@@ -50,7 +53,7 @@ IndexVolumeBytes atlasBytes(const std::vector<IndexVolume>& volumes, int largest
 Result<IndexVolumeBytes> packIndexVolumes(const std::vector<IndexVolume>& objects, int largest_texture) {
     return guarded([&]() -> Result<IndexVolumeBytes> {
         if (largest_texture < 1) fail(ErrorCode::Usage, "textures of no texels a side hold nothing");
-        return atlasBytes(objects, largest_texture);
+        return atlasBytes(objects, largest_texture, largest_texture);
     });
 }
 

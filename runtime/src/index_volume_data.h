@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "photic/index_volume.h"
 #include "runtime/src/half_float.h"
+#include "runtime/src/sharp_shape.h"
 #include "runtime/src/volume_data.h"
 
 namespace photic::runtime {
@@ -28,7 +30,9 @@ struct IndexVolumeData {
     float anisotropy = 0;
     Double3 box_low{0, 0, 0}, box_high{0, 0, 0};
     bool sharp_sides = false;
+    std::optional<SharpShape> shape;  ///< the object is what lies in it; without a spline of one index
 
+    bool hasSamples() const { return !spline[0].empty(); }
     std::size_t nodeCount() const {
         return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) *
                static_cast<std::size_t>(count[2]);

@@ -21,6 +21,8 @@ public:
         auto data = std::make_shared<IndexVolumeData>();
         data->name = file_.text(header_ + format::kIndexNameAt, format::kIndexNameSize, "an object's name");
         what_ = "the object '" + data->name + "'";
+        const std::uint64_t shape = version_ >= format::kIndexVersion ? at<std::uint64_t>(format::kIndexShapeAt) : 0;
+        if (shape != 0) data->shape = readShape(file_, aligned(shape, "its shape"), what_, memory_left_);
         readPlace(*data);
         readArrays(*data);
         if (version_ > format::kIndexFirstVersion) readReflection(*data);
@@ -51,8 +53,17 @@ private:
             }
         }
         finishTransform(data.transform, what_);
+        Double3 low{}, high{};
+        if (data.shape) boundsOf(*data.shape, low, high);
+        const bool samples = at<std::uint32_t>(format::kIndexNodesAt) != 0 || !data.shape;
         for (unsigned a = 0; a < 3; ++a) {
+            data.scattering[a] = number(format::kIndexScatteringAt + 4 * a, 0, 1e9F, "its scattering");
             const auto count = at<std::uint32_t>(format::kIndexNodesAt + 4 * a);
+            if (!samples) {
+                if (count != 0) refuse("it has nodes along some axes, and none along others");
+                data.box_low[a] = low[a], data.box_high[a] = high[a];
+                continue;
+            }
             if (count < format::kIndexLeastNodes || count > format::kIndexMostNodes)
                 refuse("it has " + std::to_string(count) + " nodes along an axis; 4 to 2048 are read");
             data.count[a] = static_cast<int>(count);
@@ -60,13 +71,15 @@ private:
             data.box_low[a] = double(number(format::kIndexBoxAt + 4 * a, 0, last, "a side of its box"));
             data.box_high[a] = double(number(format::kIndexBoxAt + 12 + 4 * a, 0, last, "a side of its box"));
             if (!(data.box_low[a] < data.box_high[a])) refuse("its box is empty");
-            data.scattering[a] = number(format::kIndexScatteringAt + 4 * a, 0, 1e9F, "its scattering");
+            if (data.shape && (low[a] < data.box_low[a] || high[a] > data.box_high[a]))
+                refuse("its shape reaches out of the box of its samples");
         }
         constexpr float kMostG = 0.9999F;
         data.anisotropy = number(format::kIndexAnisotropyAt, -kMostG, kMostG, "its anisotropy");
         const auto flags = at<std::uint32_t>(format::kIndexFlagsAt);
         if ((flags & ~format::kIndexSharpSides) != 0) refuse("it has flags of a later version; export it again");
         data.sharp_sides = (flags & format::kIndexSharpSides) != 0;
+        if (data.sharp_sides && data.shape) refuse("it has a shape and sharp sides of a box");
     }
 
     /// Where an array of `count` elements lies; counts them against the memory.
@@ -76,8 +89,7 @@ private:
     std::uint64_t placeAt(unsigned where, std::uint64_t count, std::uint64_t size, const char* of) const {
         const auto place = at<std::uint64_t>(where);
         if (place == 0) return 0;
-        if (place % format::kIndexAlignment != 0)
-            refuse(std::string(of) + " lies at byte " + std::to_string(place) + ", which is no multiple of 16");
+        aligned(place, of);
         file_.require(place, count, size, of);
         if (count * size > memory_left_)
             fail(ErrorCode::Limit, what_ + " takes more memory than LoadOptions::largest_memory");
@@ -85,9 +97,22 @@ private:
         return place;
     }
 
+    std::uint64_t aligned(std::uint64_t place, const char* of) const {
+        if (place % format::kIndexAlignment != 0)
+            refuse(std::string(of) + " lies at byte " + std::to_string(place) + ", which is no multiple of 16");
+        return place;
+    }
+
     void readArrays(IndexVolumeData& data) const {
         const std::uint64_t nodes = data.nodeCount();
         const auto channels = at<std::uint32_t>(format::kIndexChannelsAt);
+        if (nodes == 0) {
+            // A shape of one index; readPlace() has seen to it.
+            bool arrays = channels != 0;
+            for (unsigned k = 0; k < 4; ++k) arrays = arrays || at<std::uint64_t>(format::kIndexOffsetsAt + 8 * k) != 0;
+            if (arrays) refuse("it has arrays, and no nodes");
+            return;
+        }
         if (channels != 1 && channels != 3) refuse("it has " + std::to_string(channels) + " channels; 1 or 3 are read");
         std::uint64_t place = placeOf(format::kIndexSpline, nodes * channels, sizeof(float), "its spline");
         if (place == 0) refuse("it has no spline");
@@ -108,6 +133,8 @@ private:
         for (unsigned c = 0; c < 3; ++c)
             data.albedo[c] = number(format::kIndexAlbedoAt + 4 * c, 0, 1, "its faces' albedo");
         data.roughness = number(format::kIndexRoughnessAt, 0, 1, "its faces' roughness");
+        if (data.nodeCount() == 0 && at<std::uint64_t>(format::kIndexCoatAt) != 0)
+            refuse("it has a coat, and no nodes");
         const std::uint64_t place = placeAt(format::kIndexCoatAt, data.nodeCount(), 3, "its coat");
         if (place != 0) copy(place, data.nodeCount(), data.coat);
     }
@@ -158,7 +185,7 @@ Result<std::vector<IndexVolume>> readIndexVolumes(const void* bytes, std::size_t
         const auto version = file.get<std::uint32_t>(format::kIndexVersionAt);
         if (version < format::kIndexFirstVersion || version > format::kIndexVersion)
             fail(ErrorCode::Format,
-                 "it has version " + std::to_string(version) + "; only 1 and 2 are read: export it again");
+                 "it has version " + std::to_string(version) + "; only 1 to 3 are read: export it again");
         const auto told = file.get<std::uint64_t>(format::kIndexFileSizeAt);
         if (told != size)
             fail(ErrorCode::Format, "it has " + std::to_string(size) + " bytes and says " + std::to_string(told) +

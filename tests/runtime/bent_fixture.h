@@ -11,6 +11,7 @@
 #include "bake/graded/object_samples.h"
 #include "bake/report/monitor.h"
 #include "bake/scene/graded_index.h"
+#include "bake/scene/triangle_mesh.h"
 #include "photic/bent_rays.h"
 #include "tests/runtime/environment_map.h"
 #include "tests/runtime/gpu_fixture.h"
@@ -78,6 +79,27 @@ inline IndexVolumeObject ball(double n, double radius, double voxel, double widt
                 object.spline[0].push_back(static_cast<float>((n * n - 1) / 2 * t * t * (3 - 2 * t)));
                 object.faces.push_back(std::fabs(d) < 2 ? 255 : 0);
             }
+    return object;
+}
+
+/// An object that is a mesh, closed and of one index, with sharp faces. Nodes are 0.01 m.
+inline IndexVolumeObject sharpMesh(const TriangleMesh& mesh, double n, bool smooth = true) {
+    IndexVolumeObject object;
+    object.name = "mesh";
+    object.world_from_node = glm::dmat3(0.01);
+    object.shape.emplace();
+    object.shape->index = glm::dvec3(n);
+    for (const glm::dvec3& p : mesh.positions) object.shape->positions.emplace_back(p / 0.01);
+    for (const glm::dvec3& normal : mesh.normals)
+        if (smooth) object.shape->normals.emplace_back(normal);
+    object.shape->triangles = mesh.triangles;
+    return object;
+}
+/// The same of a ball, exact.
+inline IndexVolumeObject sharpBall(double n, double radius, const glm::dvec3& centre = glm::dvec3(0)) {
+    IndexVolumeObject object = sharpMesh({}, n);
+    object.name = "ball";
+    object.shape->ball = glm::vec4(centre / 0.01, radius / 0.01);
     return object;
 }
 

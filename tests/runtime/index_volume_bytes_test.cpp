@@ -160,13 +160,14 @@ TEST(IndexVolumeBytes, ReadBackAsThePageSays) {
     EXPECT_EQ(bytes->faces.format, TexelFormat::Rgba8);
     EXPECT_EQ(bytes->info.bytes, bytes->spline.texels.size() + bytes->gradients.texels.size() +
                                      bytes->attenuation.texels.size() + bytes->glow.texels.size() +
-                                     bytes->faces.texels.size() + bytes->blocks.texels.size());
+                                     bytes->faces.texels.size() + bytes->blocks.texels.size() +
+                                     bytes->shapes.texels.size());
     const float origin[3] = {3.5F, -1.25F, 2};
     BentRayOptions options;
     options.step = 0.5F, options.steps = 77, options.branches = 3, options.skipping = BentSkipping::None;
     const auto block = packBentParameters(origin, *bytes, {{0}, {1}}, options);
     ASSERT_TRUE(block.ok()) << block.error().message;
-    ASSERT_EQ(block->size(), 2768U);
+    ASSERT_EQ(block->size(), 3024U);
     const Reader reader(*bytes, *block);
     EXPECT_EQ(reader.get<std::int32_t>(16), 2);
     EXPECT_EQ(reader.get<std::int32_t>(20), 77);

@@ -232,8 +232,8 @@ INSTANTIATE_TEST_SUITE_P(
     All, IndexDamages,
     testing::Values(
         Damage{"magic", "no file of index volumes", [](std::string& f) { f[0] = 'X'; }},
-        Damage{"version", "only 1 and 2 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 3); }},
-        Damage{"version_0", "only 1 and 2 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 0); }},
+        Damage{"version", "only 1 to 3 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 4); }},
+        Damage{"version_0", "only 1 to 3 are read", [](std::string& f) { put<std::uint32_t>(f, 8, 0); }},
         Damage{"albedo", "albedo", [](std::string& f) { put<float>(f, kObject + 260, 1.5F); }, true},
         Damage{"roughness", "roughness", [](std::string& f) { put<float>(f, kObject + 268, std::nanf("")); }, true},
         Damage{"coat", "its coat", [](std::string& f) { put<std::uint64_t>(f, kObject + 272, 1ULL << 60); }, true},

@@ -66,6 +66,8 @@ TEST_F(Shaders, PassesCompileInEveryVersion) {
                                                        {{"PHOTIC_LIGHT_IN_BUFFER", "1"}},
                                                        {{"PHOTIC_MOVERS", "1"}},
                                                        {{"PHOTIC_LIT", "1"}},
+                                                       {{"PHOTIC_BENT_SHAPES", "1"}},
+                                                       {{"PHOTIC_LIT", "1"}, {"PHOTIC_BENT_SHAPES", "1"}},
                                                        {{"PHOTIC_BENT_GRADIENTS", "1"}, {"PHOTIC_EULER", "1"}}};
     int compiled = 0;
     for (const std::string& name : embeddedShaders()) {
@@ -180,7 +182,7 @@ TEST_F(Shaders, GamesShadersCompileWithBentRays) {
     for (const IndexLookup lookup : {IndexLookup::Spline, IndexLookup::Gradients}) {
         for (const bool scatters : {false, true}) {
             BentGlslOptions options;
-            options.lookup = lookup, options.scatters = scatters;
+            options.lookup = lookup, options.scatters = options.shapes = scatters;
             for (const auto& [target, version] : kTargets) {
                 const auto header = assembleShader("full_screen.vert.glsl", target, {});
                 expectCompiles(header->text.substr(0, header->text.find("#line")) + (scatters ? volumeGlsl() : "") +
@@ -188,7 +190,7 @@ TEST_F(Shaders, GamesShadersCompileWithBentRays) {
                                "frag", std::string("bent rays as ") + version);
             }
             options.vulkan_set = 2;
-            options.bindings = {7, 0, 1, 2, 3, 4, 5};
+            options.bindings = {7, 0, 1, 2, 3, 4, 5, 6};
             GlslOptions volume;
             volume.vulkan.emplace();
             expectCompiles("#version 450\n" + (scatters ? volumeGlsl(volume) : "") + bentGlsl(options) + kMain, "frag",

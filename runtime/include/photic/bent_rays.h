@@ -135,8 +135,8 @@ public:
                 const std::vector<PlacedObject>& placed, const Surroundings& surroundings,
                 const std::vector<LitVolume>& light = {}, const BentRayOptions& options = {});
 
-    /// For a shader of the game's own that includes bentGlsl(): binds the objects' textures to units 5 to 10 and their
-    /// parameters to uniform buffer binding 1, where they stay.
+    /// For a shader of the game's own that includes bentGlsl(): binds the objects' textures to units 5 to 10 and 12 and
+    /// their parameters to uniform buffer binding 1, where they stay.
     /// @param origin  of the places that photicBentRadiance() takes [m], three numbers: the camera as a rule
     /// @param surroundings  of which only what matte faces see of it counts
     /// @return Error{Usage}
@@ -155,6 +155,7 @@ private:
 struct BentBindings {
     unsigned parameters = 1;  ///< uniform buffer
     unsigned faces = 5, gradients = 6, spline = 7, attenuation = 8, glow = 9, blocks = 10;
+    unsigned shapes = 12;  ///< declared with BentGlslOptions::shapes alone
 };
 
 struct BentGlslOptions {
@@ -162,6 +163,7 @@ struct BentGlslOptions {
     std::optional<unsigned> vulkan_set;  ///< for Vulkan: the descriptor set; no two bindings are alike then
     IndexLookup lookup = IndexLookup::Spline;
     bool scatters = false;  ///< the light of a volume, by the volumeGlsl() that stands in front
+    bool shapes = false;    ///< objects with sharp faces (IndexVolume::shape); without, they are not seen
 };
 
 /// GLSL for a game's own shader, to be put behind its #version: photicBentRadiance(), photicBentAt() and what they need

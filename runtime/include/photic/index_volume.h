@@ -42,6 +42,13 @@ struct FaceReflection {
     double roughness = 0;  ///< of highlights, GGX's alpha is its square; 0: there are none
 };
 
+/// What an object ends at.
+enum class IndexShape {
+    Samples,  ///< its own index, or the sharp sides of its box
+    Mesh,     ///< the sharp faces of triangles, their normals smooth or not
+    Ball      ///< that of a ball, exactly
+};
+
 struct IndexVolumeData;
 
 /// One object, in air.
@@ -53,7 +60,7 @@ public:
 
     const std::string& name() const;
     /// n at a place: a cubic B-spline between nodes, in double; 1 outside of the object's box, and where `world` is not
-    /// finite.
+    /// finite. Of an object with a shape this is what lies in the shape, wherever that ends; of one without samples, 1.
     /// @param channel  0 to 2: red, green, blue, of an object that disperses light
     Refraction at(const Vec3& world, int channel = 0) const;
     /// Trilinear between nodes; nothing outside of the object's box.
@@ -69,7 +76,9 @@ public:
     bool reflects() const;
     /// The object ends at its box as at a polished face; otherwise its index goes to 1 before the box ends.
     bool sharpSides() const;
-    std::array<int, 3> nodes() const;
+    IndexShape shape() const;
+    std::size_t triangles() const;     ///< of its shape
+    std::array<int, 3> nodes() const;  ///< 0 of a shape of one index
     /// World position of a node [m].
     Vec3 node(double i, double j, double k) const;
     /// Corners of what holds the object, in nodes.

@@ -4,7 +4,7 @@
 // Index volumes as the bytes that a GPU takes, for games that are not GL: Vulkan, Direct3D 12, Metal, WebGPU.
 //
 //     auto bytes = photic::runtime::packIndexVolumes(*glass);
-//     ...make six textures of bytes->spline, ->gradients, ->attenuation, ->glow, ->faces, ->blocks...
+//     ...make seven textures of bytes->spline, ->gradients, ->attenuation, ->glow, ->faces, ->blocks, ->shapes...
 //     auto block = photic::runtime::packBentParameters(camera, *bytes, {{0}});   // each frame: a uniform buffer
 //     std::string glsl = "#version 450\n" + photic::runtime::bentGlsl({.vulkan_set = 0}) + my_shader;
 //
@@ -31,6 +31,7 @@ struct IndexVolumeBytes {
     TextureBytes glow;         ///< Rgba16Float, filtered
     TextureBytes faces;        ///< R8 or, with coats, Rgba8, filtered
     TextureBytes blocks;       ///< R8Uint, not filtered
+    TextureBytes shapes;       ///< Rgba32Uint, 2D, not filtered: sharp faces, for BentGlslOptions::shapes
     std::shared_ptr<const IndexObjects> objects;  ///< what packBentParameters() must know of them
 };
 

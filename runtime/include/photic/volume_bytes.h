@@ -64,7 +64,7 @@ struct UploadInfo {
     int coarsened = 0;                ///< how often the voxels were doubled
 };
 
-enum class TexelFormat { Rgba16Float, R32Float, R32Uint, R8, Rgba8, R8Uint, Bc6hUnsigned, Bc6hSigned };
+enum class TexelFormat { Rgba16Float, R32Float, R32Uint, R8, Rgba8, R8Uint, Rgba32Uint, Bc6hUnsigned, Bc6hSigned };
 
 /// Texels of a 3D texture: x fastest, then y, then z, without padding. Of BC6H blocks of 4 x 4 texels in x and y, in
 /// the same order.
