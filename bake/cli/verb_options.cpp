@@ -362,6 +362,9 @@ void bindExport(CLI::App& app, ExportArguments& a) {
         app.add_option("--voxel-size", a.voxel_size, "Of an .ivol: of formulas' samples [m] (default: the scene's)");
     value(voxel_size, "M");
     positive(voxel_size);
+    named<ExportBodies>(app, "--bodies", {{"sharp", ExportBodies::Sharp}, {"samples", ExportBodies::Samples}}, a.bodies,
+                        "Of an .ivol: closed meshes and spheres as they are, with sharp faces, or as samples of their "
+                        "index (default: sharp)");
     app.add_flag("--json", a.json, "Print what was written as JSON on stdout");
 }
 

@@ -92,6 +92,7 @@ struct PictureArguments {
 };
 
 /// How an .nvdb holds what goes to a GPU: half floats, blocks of BC6H, or whichever has the smaller error in a budget.
+enum class ExportBodies { Sharp, Samples };
 enum class ExportTexels { None, Bc6h, Auto };
 
 struct ExportArguments {
@@ -109,7 +110,8 @@ struct ExportArguments {
     std::string box;                       ///< x,y,z,x,y,z [m]: what dense files hold, instead of the voxels with light
     /// All volumes of the sequence of which `volumes` are a part, for what its files share; empty: they are all.
     std::vector<std::string> sequence;
-    std::optional<double> voxel_size;  ///< [m] of formulas in an .ivol; absent: the scene's
+    std::optional<double> voxel_size;    ///< [m] of formulas in an .ivol; absent: the scene's
+    std::optional<ExportBodies> bodies;  ///< of an .ivol; nothing: sharp
     bool json = false;
 };
 

@@ -93,8 +93,48 @@ emission = 5
     place.write("pool.toml", PoolText().text());
     const Outcome none = photic(place, {"export", "pool.toml", "-o", "b.ivol"});
     EXPECT_EQ(none.code, 3);
-    EXPECT_NE(none.err.find("no [[medium]]"), std::string::npos) << none.err;
+    EXPECT_NE(none.err.find("no body of glass"), std::string::npos) << none.err;
     EXPECT_FALSE(place.has("b.ivol"));
+}
+
+// Bodies of one index: as they are, or as samples; and one whose index varies, within its own faces.
+TEST(Export, BodiesOfGlassHaveSharpFaces) {
+    const Workplace place;
+    const std::string scene = R"(photic = 1
+[domain]
+min = [-1, -1, -1]
+max = [1, 1, 1]
+voxel_size = 0.05
+[[light]]
+type = "sun"
+direction = [0, 0, -1]
+[[medium]]
+name = "glass"
+ior = 1.5
+[[surface]]
+name = "ball"
+kind = "sphere"
+position = [0.2, 0, 0]
+radius = 0.5
+inside = "glass"
+)";
+    place.write("ball.toml", scene);
+    const Outcome sharp = photic(place, {"export", "ball.toml", "-o", "ball.ivol", "--json"});
+    ASSERT_EQ(sharp.code, 0) << sharp.err;
+    EXPECT_NE(sharp.err.find("ball: a ball, with sharp faces"), std::string::npos) << sharp.err;
+    EXPECT_EQ(schemaBreaches(sharp.json(), "export.md"), Strings{});
+    EXPECT_EQ(place.read("ball.ivol").size(), 32U + 320 + 80);
+    const Outcome samples = photic(place, {"export", "ball.toml", "-o", "samples.ivol", "--bodies", "samples"});
+    ASSERT_EQ(samples.code, 0) << samples.err;
+    EXPECT_NE(samples.err.find("faces at"), std::string::npos) << samples.err;
+    EXPECT_GT(place.read("samples.ivol").size(), 100000U);
+    std::string graded = scene;
+    graded.replace(graded.find("ior = 1.5"), 9, R"(index = { kind = "fish_eye", n0 = 1.6, scale = 3 })");
+    place.write("graded.toml", graded);
+    const Outcome filled = photic(place, {"export", "graded.toml", "-o", "graded.ivol"});
+    ASSERT_EQ(filled.code, 0) << filled.err;
+    EXPECT_NE(filled.err.find("a ball, with sharp faces, 30 x 30 x 30 nodes in it"), std::string::npos) << filled.err;
+    EXPECT_EQ(photic(place, {"export", "ball.toml", "-o", "b.ivol", "--bodies", "soft"}).code, 2);
 }
 
 /// The values of an attribute in a layer of USD: what follows its `=`, a line each.

@@ -69,8 +69,8 @@ double missDegrees(const std::vector<float>& pixels, const test::Eye& eye) {
 /// The same eye's picture by a compute shader of a game's own.
 class ComputedRays {
 public:
-    ComputedRays(const GlFunctions& gl, const test::Eye& eye, const BentRayOptions& options)
-        : eye_(eye), picture_(gl, text(options), eye.width, eye.height) {}
+    ComputedRays(const GlFunctions& gl, const test::Eye& eye, const BentRayOptions& options, bool shapes = false)
+        : eye_(eye), picture_(gl, text(options, shapes), eye.width, eye.height) {}
     void draw(BentRayPass& pass, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
               const Surroundings& around, const BentRayOptions& options) const {
         picture_.draw([&](const Uniforms& u) {
@@ -85,9 +85,9 @@ public:
     std::vector<float> pixels() const { return picture_.pixels(); }
 
 private:
-    static std::string text(const BentRayOptions& options) {
+    static std::string text(const BentRayOptions& options, bool shapes) {
         BentGlslOptions glsl;
-        glsl.lookup = options.lookup;
+        glsl.lookup = options.lookup, glsl.shapes = shapes;
         return (options.integrator == BentIntegrator::Euler ? "#define PHOTIC_EULER 1\n" : "") + bentGlsl(glsl) + R"(
 layout(binding = 3) uniform highp sampler2D photic_bent_environment;
 uniform mat4 photic_place_from_clip;
@@ -228,6 +228,9 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
         GpuIndexVolumes uploaded = orThrow(GpuIndexVolumes::upload(context, objects));
         std::vector<PlacedObject> placed;
         for (unsigned n = 0; n < objects.size(); ++n) placed.push_back({n});
+        const bool shapes = std::any_of(objects.begin(), objects.end(), [](const runtime::IndexVolume& object) {
+            return object.shape() != IndexShape::Samples;
+        });
         test::Eye from = before(objects);
         from.width = width, from.height = height;
         const test::DrawnView seen(gl, from, [](const glm::dvec3&, const glm::dvec3&) { return std::nullopt; });
@@ -239,11 +242,11 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
             const double least = leastMilliseconds(gl, software, repeats, [&] {
                 check(pass.draw(empty, seen.target, uploaded, placed, around, {}, options));
             });
-            const ComputedRays computed(gl, from, options);
+            const ComputedRays computed(gl, from, options, shapes);
             const double by_compute = leastMilliseconds(
                 gl, software, repeats, [&] { computed.draw(pass, uploaded, placed, around, options); });
             pictures.rows.push_back({std::filesystem::path(file).stem().string(), fmt::format("{}", objects.size()),
-                                     fmt::format("{:.0f}", static_cast<double>(uploaded.info().bytes) / 1e6),
+                                     fmt::format("{:.3g}", static_cast<double>(uploaded.info().bytes) / 1e6),
                                      lookup == kSpline ? "spline" : "gradients at nodes", fmt::format("{:.2f}", least),
                                      fmt::format("{:.2f}", by_compute)});
         }
