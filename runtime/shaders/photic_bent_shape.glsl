@@ -3,7 +3,7 @@
 // boxes, and balls. docs/index_volumes.md has the texels.
 //
 // A ray knows which shapes it is in. Of those it looks for faces from behind, of all others from the front, so that the
-// face that it comes from is not met again, and none needs a distance to be kept from it.
+// face that it comes from is not met again, and none of a body needs a distance to be kept from it.
 
 #define PHOTIC_BENT_CLEAR 1  // what faces do, beside Fresnel's glass: refract all light,
 #define PHOTIC_BENT_MIRROR 2
@@ -20,8 +20,8 @@ struct PhoticBentHit {
 PhoticBentHit photic_bent_hit;
 float photic_bent_seen;  // how far the ray was searched for faces
 int photic_bent_channel;
-// The face of a pane or a mirror that the ray comes from: those are met from both sides.
-int photic_bent_left_object, photic_bent_left_triangle;
+// Mirrors and panes are met from both sides, but not where the ray comes from [nodes].
+#define PHOTIC_BENT_BESIDE 1e-3
 
 int photicBentFaces(int object) { return photic_bent_shapes[object].z >> 4 & 15; }
 int photicBentKind(int object) { return photic_bent_shapes[object].z >> 8 & 15; }
@@ -51,7 +51,7 @@ void photicBentTriangle(int object, int triangle, int corners, vec3 from, vec3 w
     const float kHair = 2e-6;
     if (found.x < -kHair || found.y < -kHair || found.x + found.y > 1.0 + kHair) return;
     if (found.z <= least || found.z >= photic_bent_hit.along) return;
-    if (side == 0 && object == photic_bent_left_object && triangle == photic_bent_left_triangle) return;
+    if (side == 0 && found.z * length(way) < PHOTIC_BENT_BESIDE) return;
     photic_bent_hit = PhoticBentHit(found.z, object, triangle, found.xy, volume < 0.0);
 }
 
@@ -93,7 +93,7 @@ void photicBentBall(int object, vec3 from, vec3 way, float least, int side) {
     bool back = side < 0 || (side == 0 && enters <= least);
     float along = back ? leaves : enters;
     if (along <= least || along >= photic_bent_hit.along) return;
-    if (side == 0 && object == photic_bent_left_object && dot(o, way) > 0.0) return;
+    if (side == 0 && along * sqrt(length2) < PHOTIC_BENT_BESIDE) return;
     photic_bent_hit = PhoticBentHit(along, object, 0, vec2(0.0), back);
 }
 
@@ -120,7 +120,6 @@ void photicBentNearest(vec3 place, vec3 way, float least, float most, int others
 /// Bits of the shapes around a place: those whose next face is seen from behind.
 int photicBentAround(vec3 place, vec3 direction) {
     int around = 0;
-    photic_bent_left_object = -1;
     for (int i = 0; i < photic_bent_counts.x; ++i) {
         if (!photicBentShaped(i) || photicBentFaces(i) >= PHOTIC_BENT_MIRROR) continue;
         if (!photicBentHolds(i, photicBentNode(i, place))) continue;

@@ -99,8 +99,6 @@ void photicBentMeet(vec3 place) {
         return;
     }
     if (dot(p, normal) <= 0.0) normal = face;
-    photic_bent_left_object = object;
-    photic_bent_left_triangle = photic_bent_hit.triangle;
     if (photicBentFaces(object) >= PHOTIC_BENT_MIRROR) {
         photicBentTwoSided(place, normal, face);
         return;
