@@ -20,6 +20,7 @@ struct PhoticBentHit {
 PhoticBentHit photic_bent_hit;
 float photic_bent_seen;  // how far the ray was searched for faces
 int photic_bent_channel;
+int photic_bent_asked;   // bits of the shapes of which it isn't known yet whether the eye is in them
 // Mirrors and panes are met from both sides, but not where the ray comes from [nodes].
 #define PHOTIC_BENT_BESIDE 1e-3
 
@@ -117,14 +118,12 @@ void photicBentNearest(vec3 place, vec3 way, float least, float most, int others
     }
 }
 
-/// Bits of the shapes around a place: those whose next face is seen from behind.
-int photicBentAround(vec3 place, vec3 direction) {
+/// Bits of the shapes in whose boxes a place is.
+int photicBentBoxesAround(vec3 place) {
     int around = 0;
     for (int i = 0; i < photic_bent_counts.x; ++i) {
-        if (!photicBentShaped(i) || photicBentFaces(i) >= PHOTIC_BENT_MIRROR) continue;
-        if (!photicBentHolds(i, photicBentNode(i, place))) continue;
-        photicBentNearest(place, direction, 0.0, 1e30, 1 << i, -1);
-        if (photic_bent_hit.object >= 0 && photic_bent_hit.back) around |= 1 << i;
+        if (photicBentShaped(i) && photicBentFaces(i) < PHOTIC_BENT_MIRROR && photicBentHolds(i, photicBentNode(i, place)))
+            around |= 1 << i;
     }
     return around;
 }
@@ -163,12 +162,16 @@ float photicBentRoom() {
     return to - photic_bent_ray.count * photic_bent_ray.step;
 }
 
-/// Looks for the next face, where a step needs to know.
+/// Looks for the next face, where a step needs to know; of the eye's ray first for that of each shape that may be around.
 void photicBentSearch() {
-    int object = photic_bent_ray.object, others = -1;
+    int object = photic_bent_ray.object, others = -1, inside = photic_bent_inside;
     float least = 0.0, most = 1e30;
     if (object == -2) return;
-    if (object >= 0) {
+    if (photic_bent_ray.look == PHOTIC_BENT_BORN) {
+        if (photic_bent_asked == 0) return;
+        others = photic_bent_asked & -photic_bent_asked;
+        inside = -1;
+    } else if (object >= 0) {
         others = photic_bent_shapes[object].w;
         bool seeks = photic_bent_ray.look == PHOTIC_BENT_SEEK && photic_bent_face.along == 0.0;
         if (photic_bent_ray.look != PHOTIC_BENT_STEP && !seeks) return;
@@ -182,5 +185,20 @@ void photicBentSearch() {
         if (seeks) most = 26.0 * node;
         else if (photic_bent_ray.force != vec3(0.0)) most = (steps + 1.0) * max(photic_bent_march.x * node, photic_bent_ray.step);
     }
-    photicBentNearest(photic_bent_ray.start, photic_bent_ray.momentum, least, most, others, photic_bent_inside);
+    photicBentNearest(photic_bent_ray.start, photic_bent_ray.momentum, least, most, others, inside);
+}
+
+/// Of the eye's ray: it is in a shape whose next face is seen from behind. When all are known, it begins.
+void photicBentBorn() {
+    if (photic_bent_asked != 0) {
+        if (photic_bent_hit.object >= 0 && photic_bent_hit.back) photic_bent_inside |= 1 << photic_bent_hit.object;
+        photic_bent_asked &= photic_bent_asked - 1;
+        return;
+    }
+    photicBentInto(photic_bent_inside);
+    vec3 place = photic_bent_ray.start;
+    int object = photicBentSamples(place);
+    photicBentBegin(place, photic_bent_ray.momentum, photic_bent_ray.weight, object);
+    if (object >= 0) photic_bent_ray.look = PHOTIC_BENT_START;
+    else if (photic_bent_march.w == 0.0) photic_bent_ray.weight *= 1.0 + 2.0 * photic_bent_base;
 }

@@ -6,6 +6,7 @@ struct PhoticBentCrossing {
     int object;
     vec3 normal, face;  // unit, to where the ray goes: that of light, interpolated, and that of the triangle itself
     int before;         // bits of the shapes that the ray was in
+    float square;       // n^2 behind it
 };
 PhoticBentCrossing photic_bent_crossing;
 
@@ -33,8 +34,8 @@ void photicBentNormals(vec3 place, out vec3 normal, out vec3 face) {
 }
 
 /// Refracts and reflects the ray at photic_bent_crossing. It is at the face, and in what is behind it already.
-/// @param square  n^2 there
-void photicBentCrossShape(float square) {
+void photicBentCrossShape() {
+    float square = photic_bent_crossing.square;
     vec3 place = photic_bent_ray.start, p = photic_bent_ray.momentum, face = photic_bent_crossing.face;
     vec3 normal = photic_bent_crossing.normal, along, mirrored, onward;
     float a, b2;
@@ -86,9 +87,9 @@ void photicBentTwoSided(vec3 place, vec3 normal, vec3 face) {
 }
 
 /// The ray is at the face that was found.
-void photicBentMeet(vec3 place) {
+void photicBentMeet() {
     int object = photic_bent_hit.object;
-    vec3 p = photic_bent_ray.momentum, weight = photic_bent_ray.weight, normal, face;
+    vec3 place = photic_bent_ray.start, p = photic_bent_ray.momentum, weight = photic_bent_ray.weight, normal, face;
     bool back = photic_bent_hit.back;
     photicBentNormals(place, normal, face);
     if (!back) normal = -normal, face = -face;
@@ -104,11 +105,11 @@ void photicBentMeet(vec3 place) {
         return;
     }
     int was = photic_bent_body;
-    photic_bent_crossing = PhoticBentCrossing(object, normal, face, photic_bent_inside);
+    photic_bent_crossing = PhoticBentCrossing(object, normal, face, photic_bent_inside, 1.0);
     photicBentInto(back ? photic_bent_inside & ~(1 << object) : photic_bent_inside | 1 << object);
     int samples = photicBentSamples(place);
     photicBentBegin(place, p, weight, samples);
     if (photic_bent_body == was) return;  // inside of what is there instead, it does nothing
-    if (samples < 0) photicBentCrossShape(1.0 + 2.0 * photic_bent_base);
-    else photic_bent_ray.look = PHOTIC_BENT_MEET;
+    photic_bent_crossing.square = 1.0 + 2.0 * photic_bent_base;
+    photic_bent_ray.look = samples < 0 ? PHOTIC_BENT_CROSS : PHOTIC_BENT_MEET;
 }

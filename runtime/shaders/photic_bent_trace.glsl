@@ -16,7 +16,11 @@
 #define PHOTIC_BENT_PEAK 4   // there: which way it looks
 #define PHOTIC_BENT_PROBE 5  // behind it, for its index there
 #define PHOTIC_BENT_LAND 6   // on it
-#define PHOTIC_BENT_MEET 7   // behind a sharp face of a shape
+#define PHOTIC_BENT_MEET 7   // behind a sharp face of a shape, for the index there
+// Of shapes, without a look-up: the eye's ray, before it is known what it is in; at a face; at one behind which n is known.
+#define PHOTIC_BENT_BORN 8
+#define PHOTIC_BENT_MET 9
+#define PHOTIC_BENT_CROSS 10
 
 /// A ray, as it is followed. Where nothing bends it, it goes straight from `start`: places are start + count * step *
 /// momentum, never summed up, so that passing over many steps at once changes no bit.
@@ -298,7 +302,8 @@ void photicBentLook(int channel) {
     float square = 1.0 + 2.0 * here.excess;
 #ifdef PHOTIC_BENT_SHAPES
     if (photic_bent_ray.look == PHOTIC_BENT_MEET) {
-        photicBentCrossShape(square);
+        photic_bent_crossing.square = square;
+        photic_bent_ray.look = PHOTIC_BENT_CROSS;
         return;
     }
 #endif
@@ -360,7 +365,8 @@ void photicBentLook(int channel) {
     }
 #ifdef PHOTIC_BENT_SHAPES
     if (meets) {
-        photicBentMeet(meeting);
+        photicBentBegin(meeting, photic_bent_ray.momentum, photic_bent_ray.weight, object);
+        photic_bent_ray.look = PHOTIC_BENT_MET;
         return;
     }
     if (photicBentShaped(object)) return;  // it ends at its faces
@@ -422,7 +428,7 @@ bool photicBentFree() {
     photicBentPass(photic_bent_base_absorption, vec3(0.0), nearest, n * n);
     photicBentBegin(entry, direction * n, photic_bent_ray.weight, meets ? -1 : next);
     if (meets) {
-        photicBentMeet(entry);
+        photic_bent_ray.look = PHOTIC_BENT_MET;
         return false;
     }
 #else
@@ -445,18 +451,26 @@ vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, 
     photic_bent_stretch = 0.0;
 #ifdef PHOTIC_BENT_SHAPES
     photic_bent_channel = channel;
-    photicBentInto(photicBentAround(place, direction));
-#endif
-    int object = photicBentSamples(place);
+    photic_bent_asked = photicBentBoxesAround(place);
+    photicBentInto(0);
+    photicBentBegin(place, direction, channels, -1);
+    photic_bent_ray.look = PHOTIC_BENT_BORN;
+#else
+    int object = photicBentFind(place);
     photicBentBegin(place, direction, channels, object);
     if (object >= 0) photic_bent_ray.look = PHOTIC_BENT_START;
-#ifdef PHOTIC_BENT_SHAPES
-    if (object < 0 && photic_bent_march.w == 0.0) photic_bent_ray.weight *= 1.0 + 2.0 * photic_bent_base;
 #endif
     bool done = false;
     for (int i = 0; i < photic_bent_counts.y && !done; ++i) {
 #ifdef PHOTIC_BENT_SHAPES
+        // Each of these once in the text: compilers copy them to wherever they are called.
+        if (photic_bent_ray.look == PHOTIC_BENT_MET) photicBentMeet();
+        if (photic_bent_ray.look == PHOTIC_BENT_CROSS) photicBentCrossShape();
         photicBentSearch();
+        if (photic_bent_ray.look == PHOTIC_BENT_BORN) {
+            photicBentBorn();
+            continue;
+        }
 #endif
         if (photic_bent_ray.object >= 0) {
             photicBentLook(channel);

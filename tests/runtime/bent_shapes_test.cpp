@@ -60,7 +60,7 @@ TEST_F(BentRays, UniformSurroundingsStayUniformThroughSharpShapes) {
     Surroundings even;
     even.colour[0] = 1, even.colour[1] = 2, even.colour[2] = 0.5F;
     BentRayOptions options;
-    options.faintest = 0;
+    options.faintest = 1e-3F;
     const Eye eye = eyeAt({1.7, 0.2, -0.3}, 42, 40);
     // A box of flint around a ball of crown, and a lens of samples in front of both.
     const TriangleMesh box = boxMesh({-0.4, -0.4, -0.4}, {0.4, 0.4, 0.4});
@@ -107,7 +107,7 @@ glm::dvec3 throughFilledBall(const Index& half_square, double radius, const glm:
         return along + std::sqrt(square - glm::dot(along, along)) * normal;
     };
     glm::dvec3 p = refracted(d, -place / radius, 2 * half_square(place));
-    const double step = 1e-4;
+    const double step = 5e-4;
     while (true) {
         const glm::dvec3 middle = place + 0.5 * step * p;
         glm::dvec3 force;
