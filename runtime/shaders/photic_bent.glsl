@@ -66,11 +66,11 @@ layout(PHOTIC_BENT_AT(PHOTIC_BENT_SHAPES_AT)) uniform highp usampler2D photic_be
 /// (n^2 - 1) / 2 of the shape around a place that has no samples, 0 in air, and its absorption [1/m].
 float photic_bent_base = 0.0;
 vec3 photic_bent_base_absorption = vec3(0.0);
-bool photicBentShaped(int object) { return photic_bent_shapes[object].x >= 0; }
 #else
 #define photic_bent_base 0.0
-#define photicBentShaped(object) false
 #endif
+/// Whether an object ends at faces of its own. Without PHOTIC_BENT_SHAPES those are not seen.
+bool photicBentShaped(int object) { return photic_bent_shapes[object].x >= 0; }
 
 struct PhoticRefraction {
     float excess;   ///< (n^2 - 1) / 2

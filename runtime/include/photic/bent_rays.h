@@ -114,7 +114,7 @@ struct BentRayOptions {
 
 /// Draws what is seen through and in index volumes: refracted and reflected surroundings, coloured attenuation,
 /// emission, the light of light volumes that the objects scatter, and what matte or rough faces send back of it.
-/// Objects are seen through objects.
+/// Objects are seen through objects; those with a shape (IndexVolume::shape) end at its sharp faces.
 class BentRayPass {
 public:
     static constexpr int kMostObjects = 16;
