@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // God rays without a bake, to be added to what is there (Guerin and Izumi, eq. 2).
 #include "g_buffer.glsl"
+#ifdef PHOTIC_MOVERS
+#include "photic_movers.glsl"
+#endif
 #include "photic_water_lookup.glsl"
 in vec2 photic_uv;
 layout(location = 0) out vec4 photic_color;

@@ -4,6 +4,7 @@
 // surface is refracted there; the better it is aligned with the sun, the brighter the point.
 // Made beyond the paper, each switchable: both axes of misalignment instead of one, the ray along the refracted sun
 // instead of straight up, and a mean brightness that is kept whatever the tightening.
+// Where PHOTIC_MOVERS is defined god rays have shadows: photic_movers.glsl before this.
 #include "photic_water.glsl"
 
 uniform int photic_lookup_axes;        // of misalignment, 1 | 2
@@ -132,6 +133,9 @@ float photicGodRays(vec3 eye, vec3 direction, float limit) {
         float omega = photicLookupOmega(photicWaterAt(above).yz, tau);
         // rho_i: samples near the surface would show the grid; light and sight fade in the medium.
         float rho = smoothstep(0.0, photic_god_rays.y, depth) * exp(-extinction * (t + depth / -light.z));
+#ifdef PHOTIC_MOVERS
+        rho *= photicPassesMovers(position, light, 1.0);
+#endif
         sum += rho * omega;
         gone = t;
     }

@@ -5,6 +5,9 @@
 #include "g_buffer.glsl"
 #include "photic_warped_volume.glsl"
 #include "photic_phase.glsl"
+#ifdef PHOTIC_MOVERS
+#include "photic_movers.glsl"
+#endif
 
 uniform vec4 photic_target;      // x, y: lower left pixel; width, height; stands for the whole G-buffer
 uniform int photic_has_albedo;   // 0: albedo 1
@@ -37,6 +40,19 @@ vec4 photicVolumeLight(vec3 position, out float along) {
     return vec4(normalize(photicToWorld(ray)), photic_power / (0.5 * abs(total)) * length(ray));
 }
 
+#ifdef PHOTIC_MOVERS
+// What passes all movers of a beam's light on a stretch of the line of sight: a place for each width of the beam.
+float photicSpanPasses(vec3 origin, vec3 sight, vec2 span, vec3 travel, float width) {
+    int places = int(clamp(ceil((span.y - span.x) / width), 1.0, 8.0));
+    float passes = 0.0;
+    for (int i = 0; i < places; ++i) {
+        float t = mix(span.x, span.y, (float(i) + 0.5) / float(places));
+        passes += photicPassesMovers(origin + t * sight, travel, 1.0);
+    }
+    return passes / float(places);
+}
+#endif
+
 // Single scattering where the line of sight passes through the volume [eq. of section 3.5]: the three rays are cut by a
 // plane that holds the line of sight, and their triangle by the line. The paper takes the plane of the scan line; this one
 // is as much across the light as it can be, so that the cut is never a long sliver.
@@ -67,6 +83,9 @@ vec3 photicVolumeScatter(vec3 origin, vec3 sight, float start, float limit) {
     if (span.y <= span.x || area <= 0.0) return vec3(0.0);
     float fluence = photic_power / (area * sine);
     float seen = 0.5 * (span.x + span.y) - start;
+#ifdef PHOTIC_MOVERS
+    fluence *= photicSpanPasses(origin, sight, span, mean, sqrt(area));
+#endif
     return photic_sun_irradiance * photic_scattering.xyz * exp(-photic_water_extinction * (seen + gone)) *
            (fluence * (span.y - span.x) * photicPhase(dot(mean, -sight), photic_scattering.w));
 }
@@ -82,6 +101,9 @@ void main() {
         vec4 light = photicVolumeLight(position, along);
         radiance = photic_sun_irradiance * exp(-photic_water_extinction * along) *
                    (light.w * max(0.0, -dot(photicNormal(texel), light.xyz)) * 0.31830988618);
+#ifdef PHOTIC_MOVERS
+        if (light.w > 0.0) radiance *= photicPassesMovers(position, light.xyz, 1.0);
+#endif
         if (photic_has_albedo != 0) radiance *= texelFetch(photic_albedo, texel, 0).rgb;
     }
     if (photic_scattering.x + photic_scattering.y + photic_scattering.z > 0.0) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The look-up's god rays over a G-buffer.
-#include "runtime/src/gl_program.h"
 #include "runtime/src/gl_state.h"
 #include "runtime/src/guarded.h"
 #include "runtime/src/live_water_impl.h"
@@ -8,7 +7,7 @@
 
 namespace photic::runtime {
 
-Status LiveWater::drawGodRays(const GBuffer& surfaces, const Target& target) {
+Status LiveWater::drawGodRays(const GBuffer& surfaces, const Target& target, const MoverShadows& shadows) {
     return guarded([&]() -> Status {
         Impl& w = *impl_;
         const GlFunctions& gl = w.gl;
@@ -18,18 +17,12 @@ Status LiveWater::drawGodRays(const GBuffer& surfaces, const Target& target) {
             return Error{ErrorCode::Usage, "the target has no pixels; give it the size of its framebuffer"};
         }
         const GlStateGuard guard(gl);
-        if (!w.god_ray_program) {
-            const std::vector<ShaderStage> stages = {{GL_VERTEX_SHADER, "full_screen.vert.glsl"},
-                                                     {GL_FRAGMENT_SHADER, "god_rays.frag.glsl"}};
-            const Result<GLuint> made = makeProgram(gl, stages);
-            if (!made) return made.error();
-            w.god_ray_program = *made;
-        }
-        if (!w.nearest) w.nearest = makeNearestSampler(gl);
+        const GLuint program = w.programFor(w.god_ray_program, w.shadowed_god_ray_program, "full_screen.vert.glsl",
+                                            "god_rays.frag.glsl", shadows);
         bindTarget(gl, target);
         gl.Enable(GL_BLEND);
         gl.BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
-        const Uniforms uniforms(gl, w.god_ray_program);
+        const Uniforms uniforms(gl, program);
         w.setLookup(uniforms, 0);
         bindGBuffer(gl, uniforms, surfaces, w.nearest);
         gl.BindVertexArray(w.vertex_array);

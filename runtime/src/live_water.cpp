@@ -7,6 +7,7 @@
 #include "runtime/src/gl_state.h"
 #include "runtime/src/guarded.h"
 #include "runtime/src/live_water_impl.h"
+#include "runtime/src/pass.h"
 #include "runtime/src/water_slopes.h"
 
 namespace photic::runtime {
@@ -51,7 +52,9 @@ LiveWater::Impl::~Impl() {
     }
     if (nearest) gl.DeleteSamplers(1, &nearest);
     if (volume_indices) gl.DeleteBuffers(1, &volume_indices);
-    for (const GLuint p : {ray_program, mesh_program, volume_program, god_ray_program}) {
+    if (movers) gl.DeleteBuffers(1, &movers);
+    for (const GLuint p : {ray_program, mesh_program, volume_program, god_ray_program, shadowed_volume_program,
+                           shadowed_god_ray_program}) {
         if (p) gl.DeleteProgram(p);
     }
     if (framebuffer) gl.DeleteFramebuffers(1, &framebuffer);
@@ -146,6 +149,22 @@ Status LiveWater::setLookup(const LookupOptions& o) {
     return Done{};
 }
 
+GLuint LiveWater::Impl::programFor(GLuint& plain, GLuint& shadowed, const char* vertex_file, const char* fragment_file,
+                                   const MoverShadows& shadows) {
+    GLuint& program = shadows.movers ? shadowed : plain;
+    if (!program) {
+        std::vector<Define> defines;
+        if (shadows.movers) defines.push_back({"PHOTIC_MOVERS", "1"});
+        const Result<GLuint> made =
+            makeProgram(gl, {{GL_VERTEX_SHADER, vertex_file}, {GL_FRAGMENT_SHADER, fragment_file}}, defines);
+        if (!made) throw Failure{made.error()};
+        program = *made;
+    }
+    if (!nearest) nearest = makeNearestSampler(gl);
+    if (shadows.movers) bindMovers(gl, shadows, movers, nearest);
+    return program;
+}
+
 void LiveWater::Impl::setWater(const Uniforms& u, int unit) const {
     u.texture("photic_water_map", unit, GL_TEXTURE_2D, map);
     u.set("photic_water_rect", water.corner[0], water.corner[1], 1 / water.size[0], 1 / water.size[1]);
@@ -170,9 +189,9 @@ void LiveWater::Impl::setLookup(const Uniforms& u, int unit) const {
 
 void LiveWater::abandon() {
     Impl& w = *impl_;
-    for (GLuint* name :
-         {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.nearest, &w.framebuffer,
-          &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program, &w.god_ray_program}) {
+    for (GLuint* name : {&w.map, &w.ray_starts, &w.ray_directions, &w.caustics, &w.volume_indices, &w.nearest,
+                         &w.framebuffer, &w.vertex_array, &w.ray_program, &w.mesh_program, &w.volume_program,
+                         &w.god_ray_program, &w.shadowed_volume_program, &w.shadowed_god_ray_program, &w.movers}) {
         *name = 0;
     }
     w.volume_index_count = 0;

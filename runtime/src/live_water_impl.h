@@ -44,6 +44,8 @@ struct LiveWater::Impl {
     GLuint volume_indices = 0, nearest = 0;     ///< nearest: a sampler
     GLuint framebuffer = 0, vertex_array = 0;
     GLuint ray_program = 0, mesh_program = 0, volume_program = 0, god_ray_program = 0;
+    GLuint shadowed_volume_program = 0, shadowed_god_ray_program = 0;  ///< with PHOTIC_MOVERS; made when needed
+    GLuint movers = 0;                                                 ///< a uniform buffer
 
     // What the textures were made for.
     int columns = 0, rows = 0;            ///< of the map
@@ -67,6 +69,10 @@ struct LiveWater::Impl {
     /// Those of photic_caustic_map.glsl, the water's included; two units.
     void setCausticMap(const Uniforms& uniforms, int unit) const;
 
+    /// A program, made when it is not there; with PHOTIC_MOVERS and what movers need bound where there are any.
+    /// Inside a GlStateGuard. @throws Failure{Shader}, Failure{Usage} for movers that make no sense
+    GLuint programFor(GLuint& plain, GLuint& shadowed, const char* vertex_file, const char* fragment_file,
+                      const MoverShadows& shadows);
     /// Traces the mesh's vertices where heights or light have changed. Inside a GlStateGuard.
     Status traceRays(Retired& retired);
     /// Binds the indices of so many prisms, of a mesh of every `step`th vertex. Inside a GlStateGuard.

@@ -54,14 +54,8 @@ GLuint FullScreenPass::programFor(const GpuVolume& volume, const MoverShadows& s
 }
 
 void FullScreenPass::bindMovers(const MoverShadows& shadows) {
-    const MoverParameters parameters = moverParameters(*shadows.movers);
-    if (parameters.count[1] > 0 && shadows.map == 0)
-        fail(ErrorCode::Usage, "Movers::map has a size, but there is no texture of it; set MoverShadows::map");
-    if (!movers_) gl().GenBuffers(1, &movers_);
-    gl().BindBuffer(GL_UNIFORM_BUFFER, movers_);
-    fillBuffer(gl(), GL_UNIFORM_BUFFER, &parameters, sizeof(parameters), GL_STREAM_DRAW, "what moves");
-    gl().BindBufferBase(GL_UNIFORM_BUFFER, 1, movers_);
-    bindNearest(3, shadows.map);
+    if (!nearest_) nearest_ = makeNearestSampler(gl());
+    runtime::bindMovers(gl(), shadows, movers_, nearest_);
 }
 
 void FullScreenPass::drawTriangle() {
@@ -107,6 +101,19 @@ void bindGBuffer(const GlFunctions& gl, const Uniforms& uniforms, const GBuffer&
     uniforms.set("photic_empty_depth", surfaces.empty_depth);
     uniforms.set("photic_clip_depth", surfaces.clip_depth == ClipDepth::ZeroToOne ? 1 : 0,
                  surfaces.normal_encoding == NormalEncoding::Unsigned ? 1 : 0);
+}
+
+void bindMovers(const GlFunctions& gl, const MoverShadows& shadows, GLuint& buffer, GLuint nearest) {
+    const MoverParameters parameters = moverParameters(*shadows.movers);
+    if (parameters.count[1] > 0 && shadows.map == 0)
+        fail(ErrorCode::Usage, "Movers::map has a size, but there is no texture of it; set MoverShadows::map");
+    if (!buffer) gl.GenBuffers(1, &buffer);
+    gl.BindBuffer(GL_UNIFORM_BUFFER, buffer);
+    fillBuffer(gl, GL_UNIFORM_BUFFER, &parameters, sizeof(parameters), GL_STREAM_DRAW, "what moves");
+    gl.BindBufferBase(GL_UNIFORM_BUFFER, 1, buffer);
+    gl.ActiveTexture(GL_TEXTURE3);
+    gl.BindTexture(GL_TEXTURE_2D, shadows.map);
+    gl.BindSampler(3, nearest);
 }
 
 void FullScreenPass::bindGBuffer(const Uniforms& uniforms, const GBuffer& surfaces) {

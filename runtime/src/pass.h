@@ -65,6 +65,10 @@ GLuint makeNearestSampler(const GlFunctions& gl);
 /// What FullScreenPass::bindGBuffer does, for passes that draw something else.
 void bindGBuffer(const GlFunctions& gl, const Uniforms& uniforms, const GBuffer& surfaces, GLuint nearest);
 
+/// Movers' parameters to uniform buffer 1, in a buffer that is made when it is 0, and their map to texture unit 3, for
+/// a program with PHOTIC_MOVERS. @throws Failure{Usage} for movers that make no sense
+void bindMovers(const GlFunctions& gl, const MoverShadows& shadows, GLuint& buffer, GLuint nearest);
+
 /// The volumes with their second lobes as volumes beside them.
 /// @throws Failure{Usage} unless all volumes are there
 std::vector<LitVolume> allLobes(const std::vector<LitVolume>& volumes);

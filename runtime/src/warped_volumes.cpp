@@ -114,11 +114,12 @@ Status LiveWater::drawWarpedVolumes(const GBuffer& surfaces, const float* clip_f
         gl.FrontFace(keepsWinding(clip_from_world, surfaces) ? GL_CCW : GL_CW);
         if (!gl.es) gl.Enable(GL_DEPTH_CLAMP);
 
-        const Uniforms uniforms(gl, w.volume_program);
+        const GLuint program = w.programFor(w.volume_program, w.shadowed_volume_program, "warped_volume.vert.glsl",
+                                            "warped_volume.frag.glsl", o.shadows);
+        const Uniforms uniforms(gl, program);
         w.setWater(uniforms, 0);
         uniforms.texture("photic_ray_starts", 1, GL_TEXTURE_2D, w.ray_starts);
         uniforms.texture("photic_ray_directions", 2, GL_TEXTURE_2D, w.ray_directions);
-        if (!w.nearest) w.nearest = makeNearestSampler(gl);
         bindGBuffer(gl, uniforms, surfaces, w.nearest);
         uniforms.set("photic_has_albedo", surfaces.albedo ? 1 : 0);
         uniforms.set("photic_target", static_cast<float>(target.x), static_cast<float>(target.y),

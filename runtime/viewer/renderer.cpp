@@ -299,7 +299,7 @@ private:
         return bent_->draw(surfaces, target, *objects_, placed, around, light);
     }
 
-    /// The ball darkens baked light.
+    /// The ball darkens light, baked or not.
     runtime::Movers moversOf(const Picture& picture) const {
         runtime::Movers movers;
         if (!stage_.heights.empty()) movers.surface[3] = stage_.water.level;
@@ -319,22 +319,21 @@ private:
         if (source == Source::LiveBake) {
             if (const Status ready = prepareWater(picture, source); !ready) return ready;
         }
-        if (runtime::GpuVolume* volume = volumeOf(source)) {
-            const runtime::Movers movers = moversOf(picture);
-            runtime::ReceiverOptions options;
-            options.shadows.movers = &movers;
-            return receivers_->draw(surfaces, target, {{volume}}, options);
-        }
+        const runtime::Movers movers = moversOf(picture);
+        runtime::ReceiverOptions lit;
+        lit.shadows.movers = &movers;
+        if (runtime::GpuVolume* volume = volumeOf(source)) return receivers_->draw(surfaces, target, {{volume}}, lit);
         if (const Status ready = prepareWater(picture, source); !ready) return ready;
         if (source == Source::WarpedVolumes) {
             runtime::WarpedVolumesOptions options;
             options.bottom = stage_.min.z;
             options.step = picture.warped_step;
+            options.shadows.movers = &movers;
             return water_->drawWarpedVolumes(surfaces, glm::value_ptr(matrices.clip_from_world), target, options);
         }
         const auto kind =
             source == Source::CausticMap ? runtime::LightSource::CausticMap : runtime::LightSource::Lookup;
-        return receivers_->drawLit(surfaces, target, {kind, {}, &*water_});
+        return receivers_->drawLit(surfaces, target, {kind, {}, &*water_}, lit);
     }
 
     /// The volume that a source looks light up in; null where it looks at something else, or has none.
@@ -410,8 +409,9 @@ private:
 
     Status media(const Picture& picture, const Matrices&, Source source, const runtime::GBuffer& surfaces,
                  const runtime::Target& target) {
+        const runtime::Movers movers = moversOf(picture);
         if (source == Source::Lookup && has_water_ && picture.scattering != glm::vec3(0)) {
-            return water_->drawGodRays(surfaces, target);
+            return water_->drawGodRays(surfaces, target, {&movers, 0});
         }
         runtime::GpuVolume* volume = volumeOf(source);
         if (picture.scattering == glm::vec3(0) || !volume) return Done{};
@@ -422,7 +422,6 @@ private:
         medium.steps = picture.steps;
         medium.jitter = runtime::StepJitter::PerPixel;
         medium.extinction = runtime::Extinction::Left;  // veil() has dimmed what is behind the water
-        const runtime::Movers movers = moversOf(picture);
         medium.shadows.movers = &movers;
         if (!stage_.heights.empty()) copy(medium.surface, {0, 0, 1}), medium.surface[3] = stage_.water.level;
         return media_->draw(surfaces, target, {{volume}}, medium);

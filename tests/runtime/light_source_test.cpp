@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The switch by which a game falls back where nothing was baked: one receiver pass, whatever the light's source.
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -181,6 +182,58 @@ TEST_F(LightSources, GodRaysFollowTheirFunction) {
         lit += gamma[0] > 0.05f;
     }
     EXPECT_GT(lit, 0);
+}
+
+// Each sample of a god ray is as dark as a receiver would be there: by the sum over crossings, one by one, in double.
+TEST_F(LightSources, MoversDarkenGodRays) {
+    fill(test::sampleWater(16, [](double, double) { return 0.0; }));
+    LookupOptions lookup;
+    lookup.plane_distance = 0.08f, lookup.plane_fade = 0.2f, lookup.plane_samples = 64;
+    ASSERT_TRUE(water_->setLookup(lookup).ok());
+    const WaterLight sun = test::pool3Light();
+    const glm::dvec3 travel(sun.direction[0], sun.direction[1], sun.direction[2]);
+    const glm::dvec3 light = test::refracted(glm::normalize(travel), {0, 0, 1}, 1, double(sun.ior));
+    Movers movers;
+    movers.shapes = {sphere({0.05, 0.05, -0.3}, 0.15), box({-0.2, -0.1, 0.1}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.05})};
+    movers.surface[3] = 0, movers.ior = double(sun.ior), movers.sun = {travel.x, travel.y, travel.z};
+    const Plate plate;
+    const test::DrawnScene scene(gl_, plate.view, 32, 32, plate);
+    ASSERT_TRUE(water_->drawGodRays(scene.gbuffer(), scene.target()).ok());
+    const auto bright = scene.read();
+    const Status done = water_->drawGodRays(scene.gbuffer(), scene.target(), {&movers, 0});
+    ASSERT_TRUE(done.ok()) << done.error().message;
+    const auto dim = scene.read();
+    double taken = 0, lit = 0, apart = 0;
+    for (std::size_t i = 0; i < bright.size() / 4; ++i) {
+        const glm::dvec3 p = scene.positions()[i], eye(plate.view.eye), way = glm::normalize(p - eye);
+        const double start = -eye.z / way.z, end = glm::length(p - eye);
+        std::vector<double> crossings;
+        for (int axis = 0; axis < 2; ++axis) {
+            const double lean = light[axis] / light.z, at = eye[axis] - lean * eye.z, rate = way[axis] - lean * way.z;
+            for (int k = -100; k <= 100; ++k) {
+                const double t = (k * 0.08 - at) / rate;
+                if (t > start && t < end) crossings.push_back(t);
+            }
+        }
+        std::sort(crossings.begin(), crossings.end());
+        double sum = 0;
+        for (const double t : crossings) {
+            const glm::dvec3 q = eye + t * way;
+            const double part = std::clamp(-q.z / 0.2, 0.0, 1.0);
+            sum += part * part * (3 - 2 * part) * passesMovers(movers, {q.x, q.y, q.z}, {light.x, light.y, light.z}, 1);
+        }
+        const double gamma = crossings.empty() ? 0 : sum / (crossings.back() - start);
+        lit += gamma, taken += double(bright[4 * i]) - gamma, apart += std::fabs(double(dim[4 * i]) - gamma);
+    }
+    EXPECT_GT(taken, 0.03 * lit);
+    EXPECT_LT(apart, 1e-3 * lit);
+    RecordProperty("apart", std::to_string(apart / lit));
+    // What makes no sense is refused, and so is a map that is not there.
+    movers.map.columns = movers.map.rows = 8, movers.map.across = {1, 0, 0}, movers.map.up = {0, 1, 0};
+    movers.map.direction = {0, 0, -1};
+    const Status refused = water_->drawGodRays(scene.gbuffer(), scene.target(), {&movers, 0});
+    ASSERT_FALSE(refused.ok());
+    EXPECT_NE(refused.error().message.find("MoverShadows::map"), std::string::npos);
 }
 
 TEST_F(LightSources, WhatIsNotThereIsRefused) {

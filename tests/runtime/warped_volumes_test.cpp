@@ -8,6 +8,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <numbers>
 
+#include "photic/movers.h"
 #include "runtime/src/water_slopes.h"
 #include "tests/runtime/drawn_scene.h"
 #include "tests/runtime/water_fixture.h"
@@ -52,7 +53,8 @@ protected:
 
 /// The irradiance on a level receiver by the paper's sections 3.2 and 3.3, over all triangles of the mesh; `step`
 /// samples between vertices; pool3's surface and sun.
-double byDefinition(const test::SampledWater& sampled, int step, const glm::dvec3& p) {
+/// @param movers  what each triangle's light passes by, if anything
+double byDefinition(const test::SampledWater& sampled, int step, const glm::dvec3& p, const Movers* movers = nullptr) {
     static const auto texels = waterTexels(sampled.water);
     const int side = sampled.water.columns, rim = 8, count = (side + 2 * rim - 1) / step;
     const auto vertex = [&](int i, int j, glm::dvec3& position, glm::dvec3& ray) {
@@ -92,7 +94,8 @@ double byDefinition(const test::SampledWater& sampled, int step, const glm::dvec
                 glm::dvec3 mean{0};
                 for (int k = 0; k < 3; ++k) mean += beta[k] / total * r[k] / glm::dot(r[k], normal);
                 const glm::dvec3 w = glm::normalize(mean);
-                sum += power / (0.5 * std::fabs(total)) / glm::dot(w, normal) * -w.z;
+                const double passes = movers ? passesMovers(*movers, {p.x, p.y, p.z}, {w.x, w.y, w.z}, 1) : 1;
+                sum += passes * power / (0.5 * std::fabs(total)) / glm::dot(w, normal) * -w.z;
             }
         }
     }
@@ -213,6 +216,88 @@ TEST_F(WarpedVolumes, InScatterInStillWaterIsItsIntegral) {
         worst = std::max(worst, std::fabs(drawn[i] / kPi / expected - 1));
     }
     EXPECT_LT(worst, 0.01);
+}
+
+/// A ball under the waves, and a board that floats on them.
+Movers ballAndBoard() {
+    Movers movers;
+    movers.shapes = {sphere({0.1, 0.05, -0.9}, 0.15), box({-0.3, -0.2, 0.1}, {0.1, 0, 0}, {0, 0.15, 0}, {0, 0, 0.03})};
+    movers.surface[3] = 0, movers.ior = pool3::kIor;
+    const glm::dvec3 sun = pool3::sun();
+    movers.sun = {sun.x, sun.y, sun.z};
+    return movers;
+}
+
+// Where sheets of light cross, each is darkened along its own way.
+TEST_F(WarpedVolumes, MoversDarkenEachBeamByItself) {
+    const auto sampled = test::pool3Water(64);
+    fill(sampled);
+    const Movers movers = ballAndBoard();
+    const test::DrawnView view = viewFromAbove(0.6);
+    const test::DrawnScene scene(gl_, view, 40, 40, floorAt(pool3::kFloor));
+    WarpedVolumesOptions options;
+    options.bottom = -1.6f;
+    const auto bright = draw(scene, view, options);
+    options.shadows.movers = &movers;
+    const auto drawn = draw(scene, view, options);
+    int apart = 0;
+    double taken = 0, light = 0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+        const double defined = byDefinition(sampled, 1, scene.positions()[i], &movers);
+        taken += bright[i] - drawn[i], light += bright[i];
+        apart += std::fabs(drawn[i] - defined) > 2e-3 * bright[i];
+    }
+    EXPECT_GT(taken, 0.05 * light);
+    // A point on the very side of a volume may fall to either neighbour.
+    EXPECT_LT(apart, static_cast<int>(drawn.size() / 100)) << "of " << drawn.size();
+}
+
+// A shaft of shadow in still water, seen from within it: against the integral along each line of sight.
+TEST_F(WarpedVolumes, MoversThrowShaftsIntoTheWater) {
+    fill(test::sampleWater(64, [](double, double) { return 0.0; }));
+    WaterLight light = test::pool3Light();
+    for (float& x : light.extinction) x = 0.3f;
+    ASSERT_TRUE(water_->setLight(light).ok());
+    Movers movers = ballAndBoard();
+    movers.shapes[0].centre = {0.2, 0.1, -0.4};
+    const glm::dvec3 eye(-0.8f, 0.1f, -0.5f);
+    const test::DrawnView view = test::DrawnView{
+        glm::perspective(0.9f, 1.0f, 0.05f, 20.0f) * glm::lookAt(glm::vec3(eye), glm::vec3(0.5f, 0, -0.8f), {0, 0, 1}),
+        glm::vec3(eye)};
+    const test::DrawnScene scene(gl_, view, 24, 24, [](const glm::dvec3& near, const glm::dvec3& far) {
+        test::DrawnPoint p;
+        p.position = glm::vec3(near + (1.0 - near.x) / (far.x - near.x) * (far - near));
+        p.normal = {-1, 0, 0}, p.albedo = glm::vec3(0);
+        return p;
+    });
+    WarpedVolumesOptions options;
+    options.bottom = -2.5f;
+    for (float& x : options.scattering) x = 0.1f;
+    const auto bright = draw(scene, view, options);
+    options.shadows.movers = &movers;
+    const auto drawn = draw(scene, view, options);
+    const glm::dvec3 down = test::refracted(pool3::sun(), {0, 0, 1}, 1, pool3::kIor);
+    const double fluence =
+        truth::fresnelTransmittance(-pool3::sun().z, 1, pool3::kIor) * pool3::sun().z / down.z / (4 * kPi);
+    double taken = 0, sum = 0, apart = 0;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+        const glm::dvec3 to = scene.positions()[i] - eye;
+        const double length = glm::length(to), end = to.z > 0 ? std::min(length, -eye.z / (to.z / length)) : length;
+        double integral = 0;
+        constexpr int kSteps = 4000;
+        for (int k = 0; k < kSteps; ++k) {
+            const double t = end * (k + 0.5) / kSteps;
+            const glm::dvec3 p = eye + t / length * to;
+            integral += end / kSteps * 0.1 * fluence * std::exp(-0.3 * (t + p.z / down.z)) *
+                        passesMovers(movers, {p.x, p.y, p.z}, {down.x, down.y, down.z}, 1);
+        }
+        sum += integral, taken += bright[i] / kPi - integral, apart += std::fabs(drawn[i] / kPi - integral);
+    }
+    EXPECT_GT(taken, 0.08 * sum);
+    EXPECT_LT(apart, 0.01 * sum);
+    RecordProperty("apart", std::to_string(apart / sum));
+    std::printf("shafts in warped volumes: off by %.5f of the light, of which movers take %.3f\n", apart / sum,
+                taken / sum);
 }
 
 TEST_F(WarpedVolumes, NonsenseIsRefused) {

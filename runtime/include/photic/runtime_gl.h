@@ -151,7 +151,7 @@ struct ReceiverOptions {
     ReceiverOutput output = ReceiverOutput::Radiance;
     /// Factor on the result: (n_camera / n_receiver)^2 for receivers in water seen from air (docs/light_volume.md).
     float scale = 1;
-    MoverShadows shadows;  ///< on the light of volumes; water without a bake has none
+    MoverShadows shadows;  ///< on the light of volumes, and of water without a bake
 };
 
 class LiveWater;

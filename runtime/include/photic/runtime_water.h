@@ -82,6 +82,7 @@ struct WarpedVolumesOptions {
     int step = 1;                     ///< samples of the heights from one corner of a volume to the next
     float scattering[3] = {0, 0, 0};  ///< of the water [1/m]; 0: light on receivers only
     float anisotropy = 0;             ///< Henyey-Greenstein g, -1 to 1, both excluded
+    MoverShadows shadows;  ///< each beam ends where a mover covers it (photic/movers.h: its surface, sun and ior too)
 };
 
 /// Water under a sun. ReceiverPass::drawLit (photic/runtime_gl.h) lights receivers with it.
@@ -106,13 +107,14 @@ public:
     bool hasCausticMap() const;
 
     /// Adds the look-up's god rays: `ray_strength` x the sun's irradiance x gamma, the paper's equation 2. Needs depth
-    /// only.
+    /// only. Movers take of each sample what they take of light in still water there.
     /// @return Error{Usage}, Error{Shader}
-    Status drawGodRays(const GBuffer& surfaces, const Target& target);
+    Status drawGodRays(const GBuffer& surfaces, const Target& target, const MoverShadows& shadows = {});
 
     /// Adds the radiance of receivers and of scattering water that the refracted light gives them [W/m2/sr]: each
-    /// triangle of the water is drawn as the bounding prism of its beam, each pixel in it tested, one pass. No shadows,
-    /// one refraction, as in the paper. Cost: the prisms' pixels, some hundreds deep where the water is finely meshed.
+    /// triangle of the water is drawn as the bounding prism of its beam, each pixel in it tested, one pass. One
+    /// refraction, as in the paper, and no shadows but those of movers. Cost: the prisms' pixels, some hundreds deep
+    /// where the water is finely meshed.
     /// @param clip_from_world  projection * view, column by column, of which `surfaces` has the inverse
     Status drawWarpedVolumes(const GBuffer& surfaces, const float* clip_from_world, const Target& target,
                              const WarpedVolumesOptions& options);
