@@ -106,14 +106,37 @@ glm::ivec3 fewestBordersShift(const LightVolume& volume) {
     return shift;
 }
 
+/// The first voxel of a period, and the period; how that is cut must be known along all axes where light repeats.
+RepeatingVoxels repeatingVoxels(const LightVolume& volume) {
+    RepeatingVoxels out{glm::ivec3(0), periodVoxels(volume)};
+    if (out.period != glm::ivec3(0))
+        out.first = brickPages(volume, activeLeaves(volume, ActiveBy::Light), CoarseBlocks()).low;
+    return out;
+}
+
 glm::ivec3 shiftOf(const LightVolume& volume, const ExportPlan& plan) {
-    return plan.two_levels_in > 0 ? fewestBordersShift(volume) : fewestBricksShift(volume);
+    if (plan.two_levels_in == 0) return fewestBricksShift(volume);
+    glm::ivec3 shift = fewestBordersShift(volume);
+    // A period begins with a block.
+    const RepeatingVoxels repeats = repeatingVoxels(volume);
+    for (int a = 0; a < 3; ++a)
+        if (repeats.period[a] != 0) shift[a] = -repeats.first[a] & (CoarseBlocks::kSide - 1);
+    return shift;
+}
+
+/// Whether wide voxels repeat as the light does. As BC6H light that repeats is one box, which has one level.
+bool canHaveTwoLevels(const RepeatingVoxels& repeats, GameTexels texels) {
+    if (repeats.period == glm::ivec3(0)) return true;
+    for (int a = 0; a < 3; ++a)
+        if (repeats.period[a] % 2 != 0 || (repeats.period[a] != 0 && repeats.first[a] % CoarseBlocks::kSide != 0))
+            return false;
+    return texels == GameTexels::Halves;
 }
 
 /// What two levels make of a volume that they make fit, with as few coarse blocks as that takes; with all of them where
 /// it never fits. The bytes fall with the number of blocks but for a brick here and there at their borders.
 LightVolume inTwoLevels(LightVolume volume, std::int64_t budget_bytes, GameTexels texels, Monitor& monitor) {
-    const TwoLevels levels(volume.field, volume.second ? &*volume.second : nullptr, monitor);
+    const TwoLevels levels(volume.field, volume.second ? &*volume.second : nullptr, monitor, repeatingVoxels(volume));
     const auto with = [&](int count) {
         TwoLevels::Made made = levels.with(count);
         LightVolume out{
@@ -188,8 +211,7 @@ LightVolume planned(const LightVolume& volume, const ExportPlan& plan, const Sce
             out.field = std::move(there.first), out.second = std::move(there.second);
         }
     }
-    // Light that repeats may not be even at its seam.
-    if (plan.two_levels_in == 0 || out.metadata.contains("period")) return out;
+    if (plan.two_levels_in == 0 || !canHaveTwoLevels(repeatingVoxels(out), plan.texels)) return out;
     return inTwoLevels(std::move(out), plan.two_levels_in, plan.texels, monitor);
 }
 

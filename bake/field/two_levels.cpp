@@ -23,8 +23,17 @@ glm::ivec3 blockOf(const glm::ivec3& voxel) {
     return block;
 }
 
+/// The wide voxels.
+struct WideLight {
+    const LightField& field;
+    const RepeatingVoxels& repeats;
+    float value(const glm::ivec3& node, int channel) const {
+        return field.value(repeats.wrapped(2 * node) / 2, channel);  // exact: even voxels
+    }
+};
+
 /// One channel of the coarse field, looked up at the 512 voxels of the fine leaf at `origin`.
-void lookUpLeaf(const LightField& coarse, const glm::ivec3& origin, int channel, float* out) {
+void lookUpLeaf(const WideLight& coarse, const glm::ivec3& origin, int channel, float* out) {
     std::array<float, kNodes * kNodes * kNodes> nodes;
     const glm::ivec3 first = origin / 2;  // exact: multiples of 8
     std::size_t n = 0;
@@ -47,7 +56,7 @@ void lookUpLeaf(const LightField& coarse, const glm::ivec3& origin, int channel,
 }
 
 /// Of a leaf: sum over its needed voxels of the difference of the mean irradiance, and of flux where there is one.
-double leafCost(const LightField& field, const LightField& coarse, int slot) {
+double leafCost(const LightField& field, const WideLight& coarse, int slot) {
     const FieldChannels channels = field.channels();
     const glm::ivec3 origin = field.needed().leafOrigin(slot);
     const NeededVoxels::Mask& mask = field.needed().mask(slot);
@@ -71,14 +80,14 @@ double leafCost(const LightField& field, const LightField& coarse, int slot) {
 }
 
 /// Marks in a leaf's mask the voxels where any channel of a coarse look-up is not 0.
-NeededVoxels::Mask litMask(const LightField& coarse, const glm::ivec3& origin) {
+NeededVoxels::Mask litMask(const WideLight& coarse, const glm::ivec3& origin) {
     NeededVoxels::Mask mask{};
     std::array<float, kVoxels> wide;
     lookUpLeaf(coarse, origin, 0, wide.data());
     std::array<bool, kVoxels> lit{};
     for (int c = 0;; ++c) {
         for (std::size_t i = 0; i < kVoxels; ++i) lit[i] = lit[i] || wide[i] != 0;
-        if (c + 1 >= coarse.channels().irradiance) break;
+        if (c + 1 >= coarse.field.channels().irradiance) break;
         lookUpLeaf(coarse, origin, c + 1, wide.data());
     }
     for (std::size_t i = 0; i < kVoxels; ++i)
@@ -96,15 +105,67 @@ GridFrame grown(GridFrame frame, const std::vector<glm::ivec3>& blocks) {
 }
 
 /// Whether a voxel is in a marked block or on the far side of one.
-bool inMarked(const CoarseBlocks& blocks, const glm::ivec3& voxel) {
+bool inMarked(const CoarseBlocks& blocks, const RepeatingVoxels& repeats, const glm::ivec3& voxel) {
+    constexpr int kSide = CoarseBlocks::kSide;
     const glm::ivec3 own = blockOf(voxel);
     for (int n = 0; n < 8; ++n) {
         const glm::ivec3 step(n & 1, n >> 1 & 1, n >> 2);
+        glm::ivec3 block = own - step;
         bool shares = true;
-        for (int a = 0; a < 3; ++a) shares = shares && (step[a] == 0 || voxel[a] == CoarseBlocks::kSide * own[a]);
-        if (shares && blocks.has(own - step)) return true;
+        for (int a = 0; a < 3; ++a) {
+            if (step[a] == 0) continue;
+            shares = shares && voxel[a] == kSide * own[a];
+            // Before the period's first block lies its last one, if it ends with a whole one.
+            const bool begins = repeats.period[a] != 0 && voxel[a] == repeats.first[a];
+            if (begins && repeats.period[a] % kSide == 0) block[a] += repeats.period[a] / kSide;
+        }
+        if (shares && blocks.has(block)) return true;
     }
     return false;
+}
+
+/// Whether the look-ups of a block stay within one period, of which the far end is the beginning again.
+bool fits(const RepeatingVoxels& repeats, const glm::ivec3& block) {
+    constexpr int kSide = CoarseBlocks::kSide;
+    for (int a = 0; a < 3; ++a) {
+        if (repeats.period[a] == 0) continue;
+        if (kSide * block[a] < repeats.first[a]) return false;
+        if (kSide * (block[a] + 1) > repeats.first[a] + repeats.period[a]) return false;
+    }
+    return true;
+}
+
+/// The field with what repeats going on for some voxels at both ends of a period.
+LightField goneOn(const LightField& field, const RepeatingVoxels& repeats) {
+    constexpr int kMargin = 16;  // what wide voxels at the seam depend on, to single precision
+    GridFrame frame = field.frame();
+    for (int a = 0; a < 3; ++a) {
+        if (repeats.period[a] == 0) continue;
+        frame.min[a] = std::min(frame.min[a], repeats.first[a] - kMargin);
+        frame.max[a] = std::max(frame.max[a], repeats.first[a] + repeats.period[a] + kMargin);
+    }
+    NeededVoxels needed = NeededVoxels::none(frame);
+    for (int x = frame.min.x; x <= frame.max.x; ++x)
+        for (int y = frame.min.y; y <= frame.max.y; ++y)
+            for (int z = frame.min.z; z <= frame.max.z; ++z)
+                if (field.needed().contains(repeats.wrapped({x, y, z}))) needed.add({x, y, z});
+    needed.finish();
+    LightField out(std::make_shared<const NeededVoxels>(std::move(needed)), field.channels());
+    forEachLeaf(out.needed(), [&](int slot) {
+        const glm::ivec3 origin = out.needed().leafOrigin(slot);
+        float* to = out.makeDense(slot);
+        for (int i = 0; i < kVoxels; ++i) {
+            if (!NeededVoxels::maskBit(out.needed().mask(slot), i)) continue;
+            const glm::ivec3 from = repeats.wrapped(origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
+            for (int c = 0; c < out.channels().count(); ++c) to[c * kVoxels + i] = field.value(from, c);
+        }
+    });
+    return out;
+}
+
+LightField wideLight(const LightField& field, const RepeatingVoxels& repeats, const Monitor& monitor) {
+    if (repeats.period == glm::ivec3(0)) return coarsened(field, 2, monitor, CoarseCentres::OnFineOnes);
+    return coarsened(goneOn(field, repeats), 2, monitor, CoarseCentres::OnFineOnes);
 }
 
 void copyLeaf(const LightField& from, int slot, LightField& to, int to_slot) {
@@ -118,16 +179,24 @@ void copyLeaf(const LightField& from, int slot, LightField& to, int to_slot) {
 
 }  // namespace
 
-TwoLevels::TwoLevels(const LightField& field, const LightField* second, const Monitor& monitor)
-    : field_(field), second_(second), coarse_(coarsened(field, 2, monitor, CoarseCentres::OnFineOnes)) {
-    if (second) coarse_second_ = coarsened(*second, 2, monitor, CoarseCentres::OnFineOnes);
+glm::ivec3 RepeatingVoxels::wrapped(const glm::ivec3& voxel) const {
+    glm::ivec3 out = voxel;
+    for (int a = 0; a < 3; ++a)
+        if (period[a] != 0) out[a] -= period[a] * floorDiv(voxel[a] - first[a], period[a]);
+    return out;
+}
+
+TwoLevels::TwoLevels(const LightField& field, const LightField* second, const Monitor& monitor,
+                     const RepeatingVoxels& repeats)
+    : field_(field), second_(second), repeats_(repeats), coarse_(wideLight(field, repeats, monitor)) {
+    if (second) coarse_second_ = wideLight(*second, repeats, monitor);
     // Leaves of light and their cost, for each block.
     std::map<std::tuple<int, int, int>, std::pair<int, double>> sums;
     const auto add = [&](const LightField& lobe, const LightField& coarse) {
         std::vector<double> costs(static_cast<std::size_t>(lobe.leafCount()), 0);
         forEachLeaf(lobe.needed(), [&](int slot) {
             if (lobe.state(slot) != LeafState::Empty)
-                costs[static_cast<std::size_t>(slot)] = leafCost(lobe, coarse, slot);
+                costs[static_cast<std::size_t>(slot)] = leafCost(lobe, {coarse, repeats_}, slot);
         });
         monitor.checkCancelled();
         for (int slot = 0; slot < lobe.leafCount(); ++slot) {
@@ -140,8 +209,9 @@ TwoLevels::TwoLevels(const LightField& field, const LightField* second, const Mo
     add(field, coarse_);
     if (second) add(*second, *coarse_second_);
     for (const auto& [at, sum] : sums) {
-        if (sum.first < 2) continue;
-        blocks_.push_back({{std::get<0>(at), std::get<1>(at), std::get<2>(at)}, sum.second / (sum.first - 1)});
+        const glm::ivec3 block(std::get<0>(at), std::get<1>(at), std::get<2>(at));
+        if (sum.first < 2 || !fits(repeats_, block)) continue;
+        blocks_.push_back({block, sum.second / (sum.first - 1)});
     }
     std::stable_sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) { return a.cost < b.cost; });
 }
@@ -163,10 +233,10 @@ TwoLevels::Made TwoLevels::with(int count) const {
     for (const glm::ivec3& block : chosen) {
         for (int n = 0; n < 27; ++n) {
             const glm::ivec3 step(n % 3, n / 3 % 3, n / 9);
-            const glm::ivec3 origin = CoarseBlocks::kSide * block + 8 * step;
-            NeededVoxels::Mask mask = litMask(coarse_, origin);
+            const glm::ivec3 origin = repeats_.wrapped(CoarseBlocks::kSide * block + 8 * step);
+            NeededVoxels::Mask mask = litMask({coarse_, repeats_}, origin);
             if (coarse_second_) {
-                const NeededVoxels::Mask other = litMask(*coarse_second_, origin);
+                const NeededVoxels::Mask other = litMask({*coarse_second_, repeats_}, origin);
                 for (std::size_t w = 0; w < mask.size(); ++w) mask[w] |= other[w];
             }
             for (std::size_t i = 0; i < kVoxels; ++i) {
@@ -189,7 +259,7 @@ TwoLevels::Made TwoLevels::with(int count) const {
             std::array<bool, kVoxels> wide_here;
             bool any = false;
             for (std::size_t i = 0; i < kVoxels; ++i) {
-                wide_here[i] = inMarked(blocks, origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
+                wide_here[i] = inMarked(blocks, repeats_, origin + glm::ivec3(i >> 6, i >> 3 & 7, i & 7));
                 any = any || wide_here[i];
             }
             if (!any) return;
@@ -198,7 +268,7 @@ TwoLevels::Made TwoLevels::with(int count) const {
             std::array<float, kVoxels> wide;
             bool lit = !was_dark;
             for (int c = 0; c < out.channels().count(); ++c) {
-                lookUpLeaf(coarse, origin, c, wide.data());
+                lookUpLeaf({coarse, repeats_}, origin, c, wide.data());
                 for (std::size_t i = 0; i < kVoxels; ++i) {
                     if (!wide_here[i]) continue;
                     to[static_cast<std::size_t>(c) * kVoxels + i] = wide[i];

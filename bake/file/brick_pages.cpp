@@ -2,8 +2,10 @@
 #include "bake/file/brick_pages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace photic {
 namespace {
@@ -19,9 +21,26 @@ NeededVoxels::Mask nearSide(int axis) {
 
 }  // namespace
 
-BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse) {
+glm::ivec3 periodVoxels(const LightVolume& volume) {
+    glm::ivec3 period(0);
+    const auto text = volume.metadata.find("period");
+    if (text == volume.metadata.end()) return period;
+    const auto json = nlohmann::json::parse(text->second, nullptr, false);
+    for (std::size_t a = 0; json.is_array() && a < json.size() && a < 3; ++a) {
+        if (!json[a].is_number() || json[a].get<double>() == 0) continue;
+        glm::dvec3 world(0);
+        world[static_cast<int>(a)] = json[a].get<double>();
+        const glm::dvec3 steps = glm::abs(volume.field.frame().indexFromWorld() * world);
+        const int longest = steps.x >= steps.y && steps.x >= steps.z ? 0 : steps.y >= steps.z ? 1 : 2;
+        period[longest] = static_cast<int>(std::lround(steps[longest]));
+    }
+    return period;
+}
+
+BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse, const glm::ivec3& period) {
     const std::array<NeededVoxels::Mask, 3> sides{nearSide(0), nearSide(1), nearSide(2)};
     BrickPages out;
+    out.period = period;
     auto& pages = out.pages;
     out.low = glm::ivec3(std::numeric_limits<int>::max()), out.high = glm::ivec3(std::numeric_limits<int>::min());
     for (const ActiveLeaf& leaf : leaves) {
@@ -42,6 +61,14 @@ BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks&
             out.low = glm::min(out.low, voxel), out.high = glm::max(out.high, voxel);
         }
     }
+    // Before the first page of a period lies its last one, where it is cut between pages.
+    for (int a = 0; a < 3; ++a) {
+        if (period[a] == 0 || period[a] % 8 != 0 || (out.low[a] & 7) != 0) continue;
+        for (std::array<int, 3>& page : pages) {
+            int& at = page[static_cast<std::size_t>(a)];
+            if (8 * at < out.low[a]) at += period[a] / 8;
+        }
+    }
     std::sort(pages.begin(), pages.end());
     pages.erase(std::unique(pages.begin(), pages.end()), pages.end());
     out.own = pages.size();
@@ -57,9 +84,7 @@ BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks&
 }
 
 BrickPages brickPages(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse) {
-    BrickPages out = brickPages(leaves, coarse);
-    out.repeats = volume.metadata.contains("period");
-    return out;
+    return brickPages(leaves, coarse, periodVoxels(volume));
 }
 
 CoarseBlocks coarseBlocksOf(const LightVolume& volume) {

@@ -17,10 +17,15 @@ struct BrickPages {
     std::vector<std::array<int, 3>> blocks;  ///< that share one, sorted
     std::size_t own = 0;                     ///< pages with either
     glm::ivec3 low{0}, high{0};              ///< voxels around all light, inside
-    bool repeats = false;                    ///< the light does, beyond its period
+    glm::ivec3 period{0};                    ///< [voxels], from `low` on; 0 along axes where the light does not repeat
+    bool repeats() const { return period != glm::ivec3(0); }
 };
 
-BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse);
+/// Voxels along each axis after which a volume's light repeats; 0: it does not.
+glm::ivec3 periodVoxels(const LightVolume& volume);
+
+BrickPages brickPages(const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse,
+                      const glm::ivec3& period = glm::ivec3(0));
 /// Of one lobe of a volume, whose active leaves these are.
 BrickPages brickPages(const LightVolume& volume, const std::vector<ActiveLeaf>& leaves, const CoarseBlocks& coarse);
 

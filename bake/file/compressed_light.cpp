@@ -9,7 +9,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "bake/field/floor_div.h"
 #include "bake/file/brick_pages.h"
@@ -298,23 +297,6 @@ void decodeLeaf(Lobe& lobe, int slot, const CompressedLight& light, const Compre
     }
 }
 
-/// Voxels along each axis after which the light repeats; 0: it does not.
-glm::ivec3 periodOf(const LightVolume& volume) {
-    glm::ivec3 period(0);
-    const auto text = volume.metadata.find("period");
-    if (text == volume.metadata.end()) return period;
-    const auto json = nlohmann::json::parse(text->second, nullptr, false);
-    for (std::size_t a = 0; json.is_array() && a < json.size() && a < 3; ++a) {
-        if (!json[a].is_number() || json[a].get<double>() == 0) continue;
-        glm::dvec3 world(0);
-        world[static_cast<int>(a)] = json[a].get<double>();
-        const glm::dvec3 steps = glm::abs(volume.field.frame().indexFromWorld() * world);
-        const int longest = steps.x >= steps.y && steps.x >= steps.z ? 0 : steps.y >= steps.z ? 1 : 2;
-        period[longest] = static_cast<int>(std::lround(steps[longest]));
-    }
-    return period;
-}
-
 std::shared_ptr<const CompressedLight> compressed(LightField& field, const std::vector<ActiveLeaf>& leaves,
                                                   const LightVolume& volume, const CoarseBlocks& coarse,
                                                   const Monitor& monitor) {
@@ -322,7 +304,7 @@ std::shared_ptr<const CompressedLight> compressed(LightField& field, const std::
     Lobe lobe(field, leaves, volume.reference_irradiance);
     chooseMirror(lobe, leaves, *out);
     const BrickPages pages = brickPages(volume, leaves, coarse);
-    const glm::ivec3 period = periodOf(volume);
+    const glm::ivec3 period = periodVoxels(volume);
     out->one_box = runtimeSize(pages, field.channels(), coarse, GameTexels::Bc6h).dense;
     if (out->one_box) {
         for (int a = 0; a < 3; ++a) {

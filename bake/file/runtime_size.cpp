@@ -41,15 +41,17 @@ RuntimeSize runtimeSize(const BrickPages& pages, FieldChannels channels, const C
     glm::i64vec3 box(1);
     for (int a = 0; a < 3; ++a) {
         // Cells begin one before the first voxel; the dense texture has one voxel more at the far side.
-        // With two levels the table begins where blocks do.
-        const int first = (pages.low[a] - 1) >> 3;
-        size.pages *= (pages.high[a] >> 3) - (coarse.empty() ? first : first & ~1) + 1;
-        box[a] = pages.high[a] - pages.low[a] + 3;
+        // Where light repeats both are one period. With two levels the table begins where blocks do.
+        const int period = pages.period[a];
+        const int first = (period > 0 ? pages.low[a] : pages.low[a] - 1) >> 3;
+        const int last = period > 0 ? pages.low[a] + period - 1 : pages.high[a];
+        size.pages *= (last >> 3) - (coarse.empty() ? first : first & ~1) + 1;
+        box[a] = period > 0 ? period : pages.high[a] - pages.low[a] + 3;
     }
     const std::int64_t bricks = atlasBricks(size.bricks + 1);  // brick 0 is dark
     if (texels == GameTexels::Bc6h) {
         const std::int64_t dense = blockBytes(box.x, box.y, box.z), atlas = bricks * blockBytes(12, 12, 9);
-        size.dense = pages.repeats || (dense < atlas && coarse.empty());
+        size.dense = pages.repeats() || (dense < atlas && coarse.empty());
         size.bytes = size.pages * kPageBytes + (size.dense ? dense : atlas);
         return size;
     }

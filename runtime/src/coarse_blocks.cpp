@@ -41,6 +41,19 @@ CoarseBlocks CoarseBlocks::of(const std::string& text) {
     return out;
 }
 
+void CoarseBlocks::keepWithin(std::size_t axis, int first, int last) {
+    std::size_t n = 0;
+    Int3 at;
+    for (at[2] = 0; at[2] < count[2]; ++at[2]) {
+        for (at[1] = 0; at[1] < count[1]; ++at[1]) {
+            for (at[0] = 0; at[0] < count[0]; ++at[0], ++n) {
+                const std::int64_t low = std::int64_t{16} * (min[axis] + at[axis]);
+                if (low < first || low + 16 > last) marks[n] = false;
+            }
+        }
+    }
+}
+
 bool CoarseBlocks::has(const Int3& block) const {
     std::size_t at[3];
     for (std::size_t a = 0; a < 3; ++a) {

@@ -237,7 +237,11 @@ void finishVolume(VolumeData& data) {
     if (p.y != 0) addPeriod(data, {0, p.y, 0});
     if (p.z != 0) addPeriod(data, {0, 0, p.z});
     findSurface(data);
-    if (data.period == Int3{0, 0, 0}) data.coarse = CoarseBlocks::of(data.metadata.coarse_blocks);
+    data.coarse = CoarseBlocks::of(data.metadata.coarse_blocks);
+    // Light that repeats is cut where a period begins: a block across that place would read what is not there.
+    for (std::size_t a = 0; a < 3; ++a) {
+        if (data.period[a] != 0) data.coarse.keepWithin(a, data.lit_min[a], data.lit_min[a] + data.period[a]);
+    }
 }
 
 }  // namespace photic::runtime

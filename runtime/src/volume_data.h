@@ -50,6 +50,8 @@ struct CoarseBlocks {
 
     /// @throws Failure{Format}
     static CoarseBlocks of(const std::string& text);
+    /// Takes the marks off blocks that read voxels below `first` or beyond `last` along an axis.
+    void keepWithin(std::size_t axis, int first, int last);
     bool has(const Int3& block) const;
 };
 
@@ -78,7 +80,7 @@ struct VolumeData {
     Int3 lit_min{0, 0, 0}, lit_max{-1, -1, -1};  ///< voxels around all that is not dark
     std::uint64_t lit_voxels = 0;
     Int3 period{0, 0, 0};  ///< [voxels], from lit_min on; 0 along axes that do not repeat
-    CoarseBlocks coarse;   ///< none where the light repeats
+    CoarseBlocks coarse;   ///< where the light repeats, those that read one period, its end included
 
     std::uint32_t brickCount() const { return static_cast<std::uint32_t>(light.size() / kVoxels); }
 

@@ -92,6 +92,79 @@ TEST(NvdbRuntime, TwoLevelsAreWhatTheBudgetCounts) {
     EXPECT_EQ(size.bytes, static_cast<std::int64_t>(packed->info.bytes));
 }
 
+// Light that repeats has two levels too: along x a period of whole blocks, along y one that ends within a block.
+TEST(NvdbRuntime, TwoLevelsOfLightThatRepeats) {
+    const TemporaryFolder folder;
+    const glm::ivec3 min(-16, 0, 3), max(47, 39, 44);
+    LightVolume whole = testVolume(straightFrame(min, max, 1.0 / 64), false, [](const glm::ivec3&) { return true; });
+    whole.metadata["period"] = "[1,0.625,0]";
+    EXPECT_EQ(periodVoxels(whole), glm::ivec3(64, 40, 0));
+    const RepeatingVoxels repeats{min, {64, 40, 0}};
+    const TwoLevels levels(whole.field, nullptr, Monitor(), repeats);
+    for (const int part : {1, 2}) {
+        TwoLevels::Made made = levels.with(levels.blockCount() / part);
+        LightVolume volume{std::move(made.field), whole.reference_irradiance, true, true, {}, whole.metadata};
+        volume.metadata["coarse_blocks"] = made.blocks.text();
+        writeNvdb(folder / "two.nvdb", volume, {NvdbPrecision::Half, NvdbCodec::Blosc});
+        const auto loaded = runtime::loadVolume(folder / "two.nvdb");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        const runtime::BrickPlan plan = runtime::planBricks(loaded->data());
+        const RuntimeSize size = runtimeSize(volume);
+        EXPECT_EQ(size.coarse, made.blocks.count());
+        EXPECT_EQ(size.coarse, static_cast<std::int64_t>(plan.coarse));
+        EXPECT_EQ(size.pages, static_cast<std::int64_t>(plan.entries.size()));
+        EXPECT_EQ(size.bricks, static_cast<std::int64_t>(plan.bricks.size()));
+        // No block reaches over the end of a period within it.
+        for (int x = -1; x < 3; ++x)
+            for (int z = 0; z < 3; ++z) EXPECT_FALSE(made.blocks.has({x, 2, z}));
+        // All voxels of a block and of its far sides are the look-up of every second one, around the period's end too.
+        int looked_at = 0;
+        for (int n = 0; n < 64 * 33 * 42; ++n) {
+            const glm::ivec3 v(min.x + n % 64, n / 64 % 33, 3 + n / (64 * 33));
+            bool wide = false;
+            for (int s = 0; s < 8; ++s) {
+                glm::ivec3 b(v.x >> 4, v.y >> 4, v.z >> 4);
+                bool shares = true;
+                for (int a = 0; a < 3; ++a)
+                    if (s >> a & 1) --b[a], shares = shares && (v[a] & 15) == 0;
+                if (b.x < -1) b.x += 4;
+                wide = wide || (shares && made.blocks.has(b));
+            }
+            if (!wide) continue;
+            double mean = 0;
+            for (int corner = 0; corner < 8; ++corner) {
+                glm::ivec3 at = v;
+                for (int a = 0; a < 3; ++a) at[a] += (v[a] & 1) == 0 ? 0 : corner >> a & 1 ? 1 : -1;
+                mean += double(volume.field.value(repeats.wrapped(at), 0)) / 8;
+            }
+            ASSERT_NEAR(volume.field.value(v, 0), mean, 1e-3 * mean + 1e-3) << v.x << " " << v.y << " " << v.z;
+            ++looked_at;
+        }
+        EXPECT_GT(looked_at, 20000);
+        // What a game reads, across the ends.
+        const auto packed = runtime::packVolume(*loaded);
+        ASSERT_TRUE(packed) << packed.error().message;
+        EXPECT_EQ(packed->info.coarse_bricks, static_cast<std::uint32_t>(made.blocks.count()));
+        for (int i = 0; i < 1000; ++i) {
+            const glm::dvec3 index(-18 + 68 * std::fmod(i * 0.754877, 1), -3 + 46 * std::fmod(i * 0.569840, 1),
+                                   4 + 39 * std::fmod(i * 0.438579, 1));
+            const glm::dvec3 p = volume.field.frame().worldFromIndex(index);
+            const glm::ivec3 low(glm::floor(index));
+            double expected = 0;
+            for (int corner = 0; corner < 8; ++corner) {
+                double weight = 1;
+                glm::ivec3 at = low;
+                for (int a = 0; a < 3; ++a) {
+                    const bool far = corner >> a & 1;
+                    at[a] += far, weight *= far ? index[a] - low[a] : 1 - index[a] + low[a];
+                }
+                expected += weight * double(volume.field.value(repeats.wrapped(at), 0));
+            }
+            ASSERT_NEAR(loaded->sample({p.x, p.y, p.z}).irradiance.x, expected, 2.5) << i;
+        }
+    }
+}
+
 // Of two lobes the same blocks are coarse, each with bricks of its own.
 TEST(NvdbRuntime, TwoLevelsOfTwoLobes) {
     const TemporaryFolder folder;

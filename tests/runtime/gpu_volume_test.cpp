@@ -93,6 +93,35 @@ TEST_F(TwoLevels, SampleAsTheCpuDoes) {
     }
 }
 
+// The same where light repeats, across seams and some periods away.
+TEST_F(TwoLevels, RepeatAsOnTheCpu) {
+    NvdbSpec spec;
+    spec.min = {-32, 0, 3};
+    spec.max = {31, 47, 70};
+    spec.values = test::swirl;
+    spec.world_from_index = {0.05, 0, 0, 0, 0.05, 0, 0, 0, 0.05};
+    NvdbSpec two =
+        test::twoLevels(spec, [](int x, int y, int z) { return (2 * x + y + z) % 3 != 0; }, {true, true, false});
+    two.json.insert(two.json.size() - 1, ", \"period\": [3.2, 2.4, 0]");
+    const Volume volume = test::makeVolume(two);
+    auto positions = test::randomPositions(volume, 100000, 5);
+    for (std::size_t n = 0; n < positions.size(); ++n) {
+        positions[n][0] += 3.2F * static_cast<float>(static_cast<int>(n % 3) - 1);
+        if (n % 4 == 0) positions[n][1] = 2.4F * static_cast<float>(n % 3) + 0.1F * positions[n][0];
+    }
+    for (const Filter filter : {Filter::Hardware, Filter::Exact}) {
+        for (const Layout layout : {Layout::Atlas, Layout::Buffer}) {
+            UploadOptions options;
+            options.layout = layout, options.filter = filter;
+            GpuVolume gpu = upload(volume, options);
+            EXPECT_GT(gpu.info().coarse_bricks, 10U);
+            GlslOptions glsl;
+            glsl.filter = filter;
+            EXPECT_LT(difference(volume, positions, sample(gpu, positions, glsl)), filterLimit());
+        }
+    }
+}
+
 class EveryLayout : public test::WithGpu, public testing::WithParamInterface<Way> {};
 
 TEST_P(EveryLayout, SamplesAsTheCpuDoes) {

@@ -113,13 +113,20 @@ LightValues swirl(int i, int j, int k) {
     return {length * side * std::cos(azimuth), length * side * std::sin(azimuth), -length * down, mean, r, g, b};
 }
 
-NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int, int, int)>& wanted) {
+NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int, int, int)>& wanted,
+                   const std::array<bool, 3>& repeats) {
+    const auto wrapped = [repeats, low = spec.min, high = spec.max](int v, std::size_t a) {
+        const int period = high[a] - low[a] + 1;
+        return repeats[a] ? low[a] + ((v - low[a]) % period + period) % period : v;
+    };
     // Voxels beyond the box are dark, and no look-up of wider ones.
-    const auto coarse = [wanted, low = spec.min, high = spec.max](int x, int y, int z) {
-        const int b[3] = {x, y, z};
-        for (std::size_t a = 0; a < 3; ++a)
-            if (16 * b[a] < low[a] || 16 * b[a] + 16 > high[a]) return false;
-        return wanted(x, y, z);
+    const auto coarse = [wanted, wrapped, repeats, low = spec.min, high = spec.max](int x, int y, int z) {
+        int b[3] = {x, y, z};
+        for (std::size_t a = 0; a < 3; ++a) {
+            b[a] = wrapped(16 * b[a], a) / 16;  // exact: a period is whole blocks
+            if (16 * b[a] < low[a] || 16 * b[a] + 16 > high[a] + (repeats[a] ? 1 : 0)) return false;
+        }
+        return wanted(b[0], b[1], b[2]);
     };
     const auto block = [](int v) { return (v - (v % 16 + 16) % 16) / 16; };
     int low[3], count[3];
@@ -141,7 +148,7 @@ NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int, int, int)>& want
     if (bits > 0) flush();
     spec.json = "{\"coarse_blocks\": \"" + text + "\"}";
     const auto own = spec.values;
-    spec.values = [own, coarse, block](int i, int j, int k) {
+    spec.values = [own, coarse, block, wrapped](int i, int j, int k) {
         const int v[3] = {i, j, k};
         bool wide = false;
         for (int n = 0; n < 8; ++n) {
@@ -159,7 +166,7 @@ NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int, int, int)>& want
         for (int n = 0; n < 8; ++n) {
             int at[3];
             for (int a = 0; a < 3; ++a) at[a] = v[a] + (v[a] % 2 == 0 ? 0 : n >> a & 1 ? 1 : -1);
-            const LightValues corner = own(at[0], at[1], at[2]);
+            const LightValues corner = own(wrapped(at[0], 0), wrapped(at[1], 1), wrapped(at[2], 2));
             for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += corner[c] / 8;
         }
         return sum;

@@ -43,6 +43,8 @@ LightValues swirl(int i, int j, int k);
 /// Light of two levels: `spec`'s own values, but that blocks of 16^3 voxels for which coarse(block) holds, far sides
 /// included, have the look-up of every second of them, where they lie in the box. Says so in its JSON, which is
 /// replaced.
-NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int x, int y, int z)>& coarse);
+/// @param repeats  along each axis: the box is a period of whole blocks, and its far end is its beginning
+NvdbSpec twoLevels(NvdbSpec spec, const std::function<bool(int x, int y, int z)>& coarse,
+                   const std::array<bool, 3>& repeats = {});
 
 }  // namespace photic::test

@@ -231,6 +231,52 @@ TEST(VolumeBytes, BlocksThatAreNoneAreRefused) {
     EXPECT_EQ(packVolume(test::loaded(spec))->info.coarse_bricks, 1u);
 }
 
+// Where light repeats, the far side of the last block is the first one's near side, whichever of the two is wide.
+TEST(VolumeBytes, TwoLevelsOfLightThatRepeats) {
+    NvdbSpec spec;
+    spec.min = {-32, 16, 5};
+    spec.max = {31, 63, 60};
+    spec.values = test::swirl;
+    spec.world_from_index = {0.5, 0, 0, 0, 0.25, 0, 0, 0, 0.125};
+    for (const bool coloured : {false, true}) {
+        spec.coloured = coloured;
+        NvdbSpec two =
+            test::twoLevels(spec, [](int x, int y, int z) { return (x + 2 * y + z) % 3 != 0; }, {true, true, false});
+        two.json.insert(two.json.size() - 1, ", \"period\": [32, 12, 0]");
+        const Volume volume = test::loaded(two);
+        for (const Layout layout : {Layout::Atlas, Layout::Buffer}) {
+            UploadOptions options;
+            options.layout = layout;
+            const auto bytes = packVolume(volume, options);
+            ASSERT_TRUE(bytes.ok()) << bytes.error().message;
+            EXPECT_GT(bytes->info.coarse_bricks, 10U);
+            const Reader reader(*bytes);
+            std::mt19937 random(9);
+            for (int n = 0; n < 6000; ++n) {
+                const auto in = [&](double low, double high) {
+                    return std::uniform_real_distribution(low, high)(random);
+                };
+                // Every third is at a seam, along x, y or both.
+                Vec3 at = {in(-50, 50), in(-10, 30), in(0.5, 8)};
+                if (n % 3 == 0) at.x = in(-16.6, -15.9) + 32 * (n % 4);
+                if (n % 9 == 0) at.y = in(3.7, 4.1) + 12 * (n % 2);
+                const auto got = reader.at(at);
+                const Light light = volume.sample(at), again = volume.sample({at.x + 64, at.y - 12, at.z});
+                ASSERT_NEAR(got[0], light.flux.x, 0.015) << n;
+                ASSERT_NEAR(got[4], light.irradiance.x, 0.015) << n;
+                ASSERT_NEAR(got[6], light.irradiance.z, 0.015) << n;
+                ASSERT_NEAR(again.irradiance.x, light.irradiance.x, 1e-6) << n;
+            }
+        }
+    }
+    // Blocks across the place where a period begins are not taken for wide, whatever a file says.
+    spec.min = {-30, 16, 5}, spec.max = {33, 63, 60};
+    spec.json = R"({"period": [32, 12, 0], "coarse_blocks": "-2,1,1,5,3,2:fffffff3"})";
+    const auto bytes = packVolume(test::loaded(spec));
+    ASSERT_TRUE(bytes.ok());
+    EXPECT_EQ(bytes->info.coarse_bricks, 3U * 3 * 2);
+}
+
 TEST(VolumeBytes, LimitsAndBudgetsHold) {
     NvdbSpec spec;
     spec.max = {63, 63, 63};
