@@ -10,7 +10,6 @@ import bpy
 VOXELS_CENTRED_SINCE = (4, 5, 0)        # projects.blender.org, pull request 138449
 UNIFORM_COLOR_SINCE = (4, 0, 0)         # "3D_UNIFORM_COLOR" before
 EEVEE_NEXT = ((4, 2, 0), (5, 0, 0))     # from, and until before: the name of the engine that is called EEVEE in both other times
-ALWAYS_NODES_SINCE = (5, 0, 0)          # `use_nodes` is true and cannot be changed; it goes in 6.0
 AREA_WATTS_SINCE = (4, 0, 0)            # projects.blender.org, issue 108505; 3.4 and 4.3 measured
 SAMPLE_GRID_SINCE = (5, 0, 0)           # an experiment before, whose type is there and gives nothing
 RELATIVE_PATHS_SINCE = (5, 0, 0)        # properties say whether they understand "//"
@@ -116,17 +115,17 @@ def thickness(output_node):
 
 # Node trees of materials, lights and worlds
 
-def shader_tree(item, version=None):
-    """The tree that renders a material, light or world, or None when it is rendered without nodes."""
+def shader_tree(item):
+    """The tree that renders a material, light or world, or None when it is rendered without nodes.
+
+    `use_nodes` is true for good since 5.0, of lights since a version after it; it goes in 6.0."""
     tree = getattr(item, "node_tree", None)
-    if tree is None or tuple(version or bpy.app.version) >= ALWAYS_NODES_SINCE:
-        return tree
-    return tree if item.use_nodes else None
+    return tree if tree is not None and getattr(item, "use_nodes", True) else None
 
 
-def switch_nodes(item, on, version=None):
+def switch_nodes(item, on):
     """Switches an item's nodes on or off, where that can be done."""
-    if tuple(version or bpy.app.version) < ALWAYS_NODES_SINCE:
+    if getattr(item, "use_nodes", on) != on:
         item.use_nodes = on
 
 

@@ -338,12 +338,15 @@ class Renamed(unittest.TestCase):
         for version, wanted in (((3, 4, 1), "BLENDER_EEVEE"), ((4, 1, 1), "BLENDER_EEVEE"), ((4, 2, 0), "BLENDER_EEVEE_NEXT"),
                                 ((4, 5, 9), "BLENDER_EEVEE_NEXT"), ((5, 0, 0), "BLENDER_EEVEE"), ((5, 2, 2), "BLENDER_EEVEE")):
             self.assertEqual(compat.eevee_engine(version), wanted)
-        tree, flat = object(), (3, 4, 1)
-        self.assertIsNone(compat.shader_tree(name(node_tree=tree, use_nodes=False), flat))
-        self.assertIs(compat.shader_tree(name(node_tree=tree, use_nodes=True), flat), tree)
-        self.assertIs(compat.shader_tree(name(node_tree=tree), (6, 0, 0)), tree)
-        self.assertIsNone(compat.shader_tree(name(node_tree=None, use_nodes=True), flat))
-        compat.switch_nodes(object(), True, (6, 0, 0))      # nothing to switch
+        tree = object()
+        self.assertIsNone(compat.shader_tree(name(node_tree=tree, use_nodes=False)))
+        self.assertIs(compat.shader_tree(name(node_tree=tree, use_nodes=True)), tree)
+        self.assertIs(compat.shader_tree(name(node_tree=tree)), tree)       # as in 6.0
+        self.assertIsNone(compat.shader_tree(name(node_tree=None, use_nodes=True)))
+        light = name(use_nodes=False)
+        compat.switch_nodes(light, True)
+        self.assertTrue(light.use_nodes)
+        compat.switch_nodes(object(), True)                 # nothing to switch
         for names in (("Transmission",), ("Transmission Weight",)):
             self.assertEqual(compat.socket({names[0]: 7}, "Transmission"), 7)
         self.assertIsNone(compat.socket({"Fac": 1}, "Transmission"))

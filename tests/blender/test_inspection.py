@@ -222,7 +222,7 @@ class Things(unittest.TestCase):
         sun, notes = bpy.data.objects["Sun"], []
         lights.table(sun, notes)
         self.assertEqual(notes, [])
-        scenes.with_nodes(sun.data)     # which Blender 5 has done by itself
+        scenes.with_nodes(sun.data)     # which newer ones have done by themselves
         lights.table(sun, notes)
         self.assertEqual(notes, [])
         tree = sun.data.node_tree
