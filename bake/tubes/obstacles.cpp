@@ -222,15 +222,18 @@ bool Obstacles::standsBehind(const Path& a, const Path& b, std::int64_t& searche
 }
 
 bool Obstacles::between(const Path& a, const Path& b, double width, std::int64_t& searches) const {
-    if (none() || a.outcome == PathOutcome::Dark || a.outcome == PathOutcome::Missed) return false;
+    if (none() || a.outcome == PathOutcome::Missed) return false;
+    // Light that comes to its first surface and goes no farther this way is the other branch's, as far as it comes.
+    const bool is_dark = a.outcome == PathOutcome::Dark;
     // The legs to the first surface were looked at when shorter histories were laid.
     if (tracer_.history().size() == 1) {
         const Leg to_a = legFromLight(a.entry), to_b = legFromLight(b.entry);
         // What faces away lies in the shadow of its own closed body.
         if (a.outcome == PathOutcome::Hidden && first_is_closed_ && a.facing < 0 && b.facing < 0) return false;
-        if (a.outcome != PathOutcome::Lit) return isLitBetween(to_a, to_b, width);
+        if (a.outcome != PathOutcome::Lit && !is_dark) return isLitBetween(to_a, to_b, width);
         if (standsIn(spaceBetween(to_a, to_b), tracer_.history().front(), width, searches)) return true;
     }
+    if (is_dark) return false;
     const Leg last_a = lastLeg(a, kNear), last_b = lastLeg(b, kNear);
     // Nothing stands in a leg of a voxel, as in the wall of a glass.
     const bool short_legs = last_a.start == last_a.end && last_b.start == last_b.end;

@@ -123,6 +123,50 @@ event = "both"
     EXPECT_LT(most, 1.5 * scene.referenceIrradiance());
 }
 
+// Where all light is reflected there is no refracted leg that would tell of what stands before the surface: the ball's
+// shadow on it was lost, and its light spread over the rest.
+TEST(DefaultSettings, ShadowsFallWhereAllLightIsReflected) {
+    const std::string path = fmt::format("{}photic_pane_{}.obj", ::testing::TempDir(), ::getpid());
+    std::ofstream(path) << "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n";
+    const auto toml = [&](const char* event) {
+        return fmt::format(R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.3]
+max = [0.5, 0.5, 0.7]
+voxel_size = 0.05
+[[light]]
+type = "sun"
+direction = [0.9, 0, -0.43]
+angular_diameter = 0
+[[medium]]
+name = "air"
+ior = 1
+[[medium]]
+name = "glass"
+ior = 1.5
+[[surface]]
+name = "pane"
+kind = "mesh"
+file = "{}"
+scale = 0.4
+rotation = [180, 0, 0]
+outside = "air"
+inside = "glass"
+event = "{}"
+[[object]]
+role = "blocker"
+sphere = {{ center = [-0.3, 0.05, 0.2], radius = 0.1 }}
+)",
+                           path, event);
+    };
+    for (const char* event : {"both", "reflect"}) {
+        const Compared c = againstPhotons(toml(event), 400'000);
+        EXPECT_NEAR(c.total, 0, 0.004) << event;
+        EXPECT_LT(c.blocks, 0.02) << event;
+    }
+    std::filesystem::remove(path);
+}
+
 TEST(DefaultSettings, WhereTheIndexIsTheSameThereIsNoGlass) {
     const auto toml = [](bool ball) {
         return fmt::format(R"(photic = 1
