@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -29,6 +30,13 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
     return left;
 }
 
+static glm::dvec3 boxAround(const TriangleMesh* mesh) {
+    if (!mesh || mesh->positions.empty()) return glm::dvec3(0);
+    glm::dvec3 low = mesh->positions.front(), high = low;
+    for (const glm::dvec3& p : mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
+    return high - low;
+}
+
 OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm,
                            double behind_walls, LoneWater lone_water)
     : scene_(scene), frame_(frame), shapes_(shapesOf(scene)), light_end_(scene, frame, shapes_->caster, behind_walls) {
@@ -39,6 +47,7 @@ OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std
         sides.inside = mediumFor(sideOf(scene, surface, Side::Below), wavelengths_nm);
         sides.nested = surface.medium_below >= 0 && (surface.closed || surface.sphere.has_value()) && !surface.thin;
         sides_.push_back(sides);
+        boxes_.push_back(boxAround(surface.mesh.get()));
         const bool is_met = lone_water == LoneWater::IsMet || scene.surfaces.size() > 1;
         if (surface.height_field && is_met) height_fields_.push_back(static_cast<int>(i));
         own_shadows_.push_back(OwnShadow::of(scene, surface, frame));

@@ -75,6 +75,8 @@ public:
     /// What the scene says of a medium.
     const Medium& given(int index) const { return given_media_[static_cast<std::size_t>(index)]; }
     const MediumSides& sides(int surface) const { return sides_[static_cast<std::size_t>(surface)]; }
+    /// Sides of the box around a surface's mesh [m]; 0 of height fields.
+    const glm::dvec3& boxOf(int surface) const { return boxes_[static_cast<std::size_t>(surface)]; }
     /// Whether light of different wavelengths parts at a surface.
     bool disperses(int surface) const {
         return medium(sides(surface).inside).disperses || medium(sides(surface).outside).disperses;
@@ -161,6 +163,7 @@ private:
     std::vector<OpticalMedium> media_;
     std::vector<Medium> given_media_;
     std::vector<MediumSides> sides_;
+    std::vector<glm::dvec3> boxes_;
     std::vector<int> height_fields_;  // that legs can meet
     std::vector<std::optional<OwnShadow>> own_shadows_;
     struct PartedSun {

@@ -169,6 +169,7 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
     options.tubes.counts_dropped = !first_branch || branchesOf(last).size() == 1;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
     options.refine.full_share = fullShare(optics_, history.front().surface), options.refine.faint = faintness();
+    options.refine.fineness = bodyFineness(optics_, history);
     if (history.size() > 1 || optics_.scene().surfaces[static_cast<std::size_t>(history.front().surface)].closed)
         options.refine.tolerance *= kBodies;
     return options;
@@ -253,7 +254,8 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
             continue;
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;
-        part = withoutFaint(part, kFaintSeed * faintness() * powerOnAVoxel(light));
+        const double fineness = bodyFineness(optics_, history);
+        part = withoutFaint(part, kFaintSeed * faintness() * fineness * fineness * powerOnAVoxel(light));
         const std::vector<Light> lights = parted(light, surface);
         if (lights.size() == 1) {
             branchAt(lights.front(), history, surface, part, power, totals);

@@ -2,6 +2,7 @@
 #include "bake/tubes/refine.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -161,11 +162,11 @@ double PathComparison::fadesApart(const Path& a, const Path& b) const {
     return most * std::fabs(way - (p[axis] + way * d[axis] - q[axis]) / e[axis]);
 }
 
-bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b) const {
+bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b, double least) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
     const double step = std::fabs(m.hit_distance - 0.5 * (a.hit_distance + b.hit_distance)) * voxels;
-    return step > 1 + 0.25 * std::fabs(a.hit_distance - b.hit_distance) * voxels;
+    return step > least * (1 + 0.25 * std::fabs(a.hit_distance - b.hit_distance) * voxels);
 }
 
 double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
@@ -180,8 +181,28 @@ double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
     return largest(onPlane(a) - 2.0 * at + onPlane(b));
 }
 
+double bodyFineness(const OpticalScene& optics, const History& history) {
+    // Sums over edges are in single precision: the narrower a tube, the more of its light is rounding.
+    constexpr double kVoxelsOfABody = 8, kPartsOfALength = 512, kFinest = 1.0 / 8;
+    double least = 1;
+    for (const PathEvent& event : history) {
+        const glm::dvec3& box = optics.boxOf(event.surface);
+        if (box == glm::dvec3(0)) continue;
+        std::array<double, 3> side{};
+        for (int a = 0; a < 3; ++a) {
+            glm::dvec3 edge(0);
+            edge[a] = box[a];
+            side[static_cast<std::size_t>(a)] = largest(optics.frame().indexDirection(edge));
+        }
+        std::sort(side.begin(), side.end());
+        least = std::min(least, std::max({side[1] / kVoxelsOfABody, side[2] / kPartsOfALength, kFinest}));
+    }
+    return least;
+}
+
 double Refiner::leastPower() const {
-    return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share * options_.faint;
+    return (tracer_.history().size() <= 2 ? kLeastPower : kLeastAfterMany) * options_.full_share * options_.faint *
+           options_.fineness * options_.fineness;
 }
 
 // Whether an edge stays whole whatever lies between its ends.
@@ -189,28 +210,29 @@ bool Refiner::isFineEnough(const Path& a, const Path& b, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return false;
     if (tracer_.emission().between(a.entry, b.entry) == Emission::Between::Narrow) return false;
     // At a ball's rim no light is refracted, and all that the chord cuts off is.
-    if (compare_.cutsOffRim(a, b)) return width <= options_.silhouette;
+    if (compare_.cutsOffRim(a, b)) return width <= silhouette();
     if (compare_.carries(a, b) < leastPower()) return true;
     // At a body's rim light fans out from within a hair: outlines need no finer tubes there, what they lay does.
-    return width <= options_.silhouette && !(options_.tolerance > 0 && compare_.fansOut(a, b));
+    return width <= silhouette() && !(options_.tolerance > 0 && compare_.fansOut(a, b));
 }
 
 bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double width) const {
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
     const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
     if (lamp == Emission::Between::Narrow) return true;
-    if (width <= options_.silhouette) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
+    if (width <= silhouette()) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
     if (lamp == Emission::Between::Dark) return false;
     if (lamp == Emission::Between::Uneven || compare_.cutsOffRim(a, b)) return true;
     // Where nothing is laid, light is followed only as well as it must be to come back.
     const bool met_body = tracer_.history().size() > 1 || a.end.kind == Target::Kind::Surface;
-    if (width <= (met_body ? kOutsideBodies : kWideOutside) && compare_.missesGrid(a, b)) return false;
+    if (width <= (met_body ? kOutsideBodies * options_.fineness : kWideOutside) && compare_.missesGrid(a, b))
+        return false;
     if (!compare_.canShareTube(a, b) || !compare_.canShareTube(a, m))
-        return width > kWideSeam || !compare_.differByTheNextSurface(a, b, m);
-    if (a.outcome == PathOutcome::Missed) return width > kWideEmpty;
+        return width > kWideSeam * options_.fineness || !compare_.differByTheNextSurface(a, b, m);
+    if (a.outcome == PathOutcome::Missed) return width > kWideEmpty * options_.fineness;
     if (standsBetween(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
-    if (compare_.stepsInDepth(a, m, b) || (width > 1 && compare_.standApart(a, b))) return true;
+    if (compare_.stepsInDepth(a, m, b, options_.fineness) || (width > 1 && compare_.standApart(a, b))) return true;
     return fadesTooMuch(a, b, width) || bendsTooMuch(a, b, m);
 }
 
@@ -243,10 +265,9 @@ void Refiner::knowBend(const Path& a, const Path& b, const glm::dvec3& face, dou
     bool fresh = false;
     Edge& edge = edges_->at(param, fresh);
     const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
-    edge.split =
-        bend > options_.tolerance || lamp == Emission::Between::Uneven || lamp == Emission::Between::Narrow ||
-        (width > options_.silhouette && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b)))) ||
-        fadesTooMuch(a, b, width);
+    edge.split = bend > options_.tolerance || lamp == Emission::Between::Uneven || lamp == Emission::Between::Narrow ||
+                 (width > silhouette() && (standsBetween(a, b, width) || (width > 1 && compare_.standApart(a, b)))) ||
+                 fadesTooMuch(a, b, width);
     if (edge.split) traceMiddle(edge, param, face);
 }
 
@@ -280,7 +301,7 @@ int Refiner::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& 
     const bool lit = a.outcome == PathOutcome::Lit && b.outcome == PathOutcome::Lit && c.outcome == PathOutcome::Lit;
     const double widest = std::max({compare_.width(a, b), compare_.width(b, c), compare_.width(c, a)});
     const double carries = std::max({compare_.carries(a, b), compare_.carries(b, c), compare_.carries(c, a)});
-    if (!lit || widest <= options_.silhouette || carries < leastPower() || builder_.axisServes(a, b, c))
+    if (!lit || widest <= silhouette() || carries < leastPower() || builder_.axisServes(a, b, c))
         return builder_.add(a, b, c, face);
     Edge all[3];
     const Edge* halved[3];

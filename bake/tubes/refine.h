@@ -17,7 +17,10 @@ struct RefineOptions {
     double tolerance = 0.25;
     double max_edge = 0;        ///< [voxels] split longer edges, measured at the surface; 0: any length
     double silhouette = 0.125;  ///< [voxels] tubes that straddle a shadow's edge are split to this size
-    int max_depth = 24;         ///< halvings of one edge
+    /// What the widths above and below at which tubes are left whole are multiplied with, and what such a tube carries
+    /// by its square: less than 1 for bodies that are few voxels across (bodyFineness), whose own edges part the light.
+    double fineness = 1;
+    int max_depth = 24;  ///< halvings of one edge
     /// Share of the emitted power that counts as full light. What a share's root is below it, tubes may be coarser by:
     /// most tubes go where they lessen the error most.
     double full_share = 1;
@@ -26,6 +29,11 @@ struct RefineOptions {
     double faint = 1;
     const Monitor* monitor = nullptr;  ///< asked now and then whether to stop; null: nobody is
 };
+
+/// RefineOptions::fineness for the bodies that a history meets: voxels of an eighth of the smallest one's width,
+/// where those are finer than the grid's. A body's width is the middle one of its box's three sides. No finer than a
+/// 512th of its length.
+double bodyFineness(const OpticalScene& optics, const History& history);
 
 /// Optical thickness by which the edges of a tube may differ, per voxel of tolerance: light that is up to that much too
 /// bright on one side and too faint on the other.
@@ -62,8 +70,8 @@ public:
     /// How much more of its light one path has left than the other where a medium has taken a good part of it, or
     /// where the first of them ends: in optical thicknesses. Inside of a tube light is the same across its way.
     double fadesApart(const Path& a, const Path& b) const;
-    /// A step in depth inside one object is a silhouette too.
-    bool stepsInDepth(const Path& a, const Path& middle, const Path& b) const;
+    /// A step in depth inside one object is a silhouette too. @param least  of the step [voxels]
+    bool stepsInDepth(const Path& a, const Path& middle, const Path& b, double least) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
     double width(const Path& a, const Path& b) const;
     /// Distance between where they meet the first surface [voxels].
@@ -114,6 +122,7 @@ private:
     bool joinable(const Path* const* corners, std::size_t first, int met) const;
     const Edge& edgeBetween(const Path& a, const Path& b, const glm::dvec3& face);
     double leastPower() const;
+    double silhouette() const { return options_.silhouette * options_.fineness; }
     bool isFineEnough(const Path& a, const Path& b, double width) const;
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;

@@ -128,7 +128,8 @@ TEST(GlassTruth, ABallLens) {
             }
         errors.add(glass, truth);
     }
-    errors.expect(0.018, 0.0025, 0.6);
+    // The ball of three voxels' radius is launched as finely as one of four: it has less left to fall by.
+    errors.expect(0.006, 0.002, 0.5);
 }
 
 // A bowl whose mirror sends all of the sun through one point.
