@@ -163,11 +163,11 @@ INSTANTIATE_TEST_SUITE_P(Examples, GlassAgreement,
                          testing::Values(Example{"glass_ball", 48, 4'000'000, 0.11, 0.024, 0},
                                          Example{"ring", 48, 8'000'000, 0.016, 0.0055, 0},
                                          Example{"mirror_sphere", 48, 8'000'000, 0.007, 0.005, 0.005},
-                                         Example{"prism", 48, 4'000'000, 0.008, 0.0065, 0},
+                                         Example{"prism", 48, 4'000'000, 0.004, 0.004, 0},
                                          Example{"discoball", 48, 4'000'000, 0.034, 0.027, 0.01},
                                          Example{"lens_check", 48, 8'000'000, 0.0085, 0.008, 0},
                                          Example{"wine_glass", 48, 2'000'000, 0.02, 0, 0.012},
-                                         Example{"aquarium", 24, 4'000'000, 0.08, 0, 0.045}),
+                                         Example{"aquarium", 24, 4'000'000, 0.06, 0, 0.04}),
                          [](const auto& example) { return std::string(example.param.name); });
 
 }  // namespace
