@@ -186,7 +186,7 @@ name = "glass"
 ior = 1.127
 [[surface]]
 kind = "mesh"
-file = "tests/data/cube.obj"
+file = "{}/tests/data/cube.obj"
 scale = 0.06
 position = [0.01, -0.02, -0.03]
 rotation = [0, 0, 20]
@@ -194,7 +194,7 @@ smooth = false
 inside = "glass"
 event = "refract"
 )",
-                                                 voxel, direction);
+                                                 voxel, direction, PHOTIC_SOURCE_DIR);
             const Baked beams = whole(bakeText(toml, "beams")),
                         photons = whole(bakeText(toml, "photons", option("count", std::int64_t{400'000})));
             const double off = total(beams.field()) / total(photons.field()) - 1;
