@@ -400,9 +400,9 @@ Json reported(const std::string& volume, const Written& written, const ExportArg
 int run(const ExportArguments& given, Terminal& terminal) {
     const FormatRow& format = formatOf(given);
     if (format.format == Format::Ivol) return exportIndex(given, terminal);
-    if (given.bodies) throw Error(ErrorCode::Usage, "is for an .ivol; light volumes hold no bodies", "--bodies");
+    if (given.bodies) throw Error(ErrorCode::Usage, "for an .ivol only; light volumes hold no bodies", "--bodies");
     if (given.voxel_size)
-        throw Error(ErrorCode::Usage, "is for an .ivol; light volumes keep their voxels", "--voxel-size");
+        throw Error(ErrorCode::Usage, "for an .ivol only; light volumes keep their voxels", "--voxel-size");
     ExportArguments arguments = given;
     if (format.format == Format::Web) arguments.output = WebExport::frameFiles(given.web);
     checkOptions(arguments, format);

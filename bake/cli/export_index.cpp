@@ -129,10 +129,9 @@ int exportIndex(const ExportArguments& arguments, Terminal& terminal) {
                     "it has no body of glass (a closed mesh, a sphere, a mirror or a thin pane) and no [[medium]] with "
                     "an 'index'; an .ivol holds those, for eye rays that bend",
                     path);
-    constexpr std::size_t kDrawn = 16;  // BentRayPass::kMostObjects
-    if (written.size() > kDrawn)
-        terminal.note(
-            fmt::format("{} objects: the run-time library's pass draws up to {} at a time", written.size(), kDrawn));
+    if (written.size() > kMostObjectsDrawn)
+        terminal.note(fmt::format("{} objects: the run-time library's pass draws up to {} at a time", written.size(),
+                                  kMostObjectsDrawn));
     std::int64_t nodes = 0;
     glm::ivec3 largest(0);
     for (const IndexVolumeObject& object : written) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
@@ -10,7 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "runtime/format/index_volume_format.h"
+
 namespace photic {
+
+/// Objects that the run-time library draws at a time.
+inline constexpr std::size_t kMostObjectsDrawn = format::kIndexMostDrawn;
 
 /// A shape with sharp faces: a mesh whose triangles are counterclockwise from outside, or, without triangles, a ball.
 /// In nodes of its object; of a shape without samples its object's matrix says how large a node is.

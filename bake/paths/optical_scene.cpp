@@ -11,6 +11,17 @@
 #include "bake/paths/height_field_hit.h"
 
 namespace photic {
+namespace {
+
+// Sides of the box around a mesh.
+glm::dvec3 boxAround(const TriangleMesh* mesh) {
+    if (!mesh || mesh->positions.empty()) return glm::dvec3(0);
+    glm::dvec3 low = mesh->positions.front(), high = low;
+    for (const glm::dvec3& p : mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
+    return high - low;
+}
+
+}  // namespace
 
 glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double length, double PowerLedger::*end,
                     PowerLedger& ledger) {
@@ -28,13 +39,6 @@ glm::dvec3 countLeg(const OpticalMedium& medium, const glm::dvec3& power, double
         }
     ledger.*end += channelMean(left);
     return left;
-}
-
-static glm::dvec3 boxAround(const TriangleMesh* mesh) {
-    if (!mesh || mesh->positions.empty()) return glm::dvec3(0);
-    glm::dvec3 low = mesh->positions.front(), high = low;
-    for (const glm::dvec3& p : mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
-    return high - low;
 }
 
 OpticalScene::OpticalScene(const Scene& scene, const GridFrame& frame, const std::vector<double>& wavelengths_nm,

@@ -162,11 +162,11 @@ double PathComparison::fadesApart(const Path& a, const Path& b) const {
     return most * std::fabs(way - (p[axis] + way * d[axis] - q[axis]) / e[axis]);
 }
 
-bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b, double least) const {
+bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b, double fineness) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
     const double step = std::fabs(m.hit_distance - 0.5 * (a.hit_distance + b.hit_distance)) * voxels;
-    return step > least * (1 + 0.25 * std::fabs(a.hit_distance - b.hit_distance) * voxels);
+    return step > fineness * (1 + 0.25 * std::fabs(a.hit_distance - b.hit_distance) * voxels);
 }
 
 double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
@@ -182,7 +182,6 @@ double PathComparison::bend(const Path& a, const Path& m, const Path& b) const {
 }
 
 double bodyFineness(const OpticalScene& optics, const History& history) {
-    // Sums over edges are in single precision: the narrower a tube, the more of its light is rounding.
     constexpr double kVoxelsOfABody = 8, kPartsOfALength = 512, kFinest = 1.0 / 8;
     double least = 1;
     for (const PathEvent& event : history) {

@@ -32,7 +32,8 @@ struct RefineOptions {
 
 /// RefineOptions::fineness for the bodies that a history meets: voxels of an eighth of the smallest one's width,
 /// where those are finer than the grid's. A body's width is the middle one of its box's three sides. No finer than a
-/// 512th of its length.
+/// 512th of its length nor than an eighth of a voxel: sums over edges are in single precision, and the narrower a tube,
+/// the more of its light is rounding.
 double bodyFineness(const OpticalScene& optics, const History& history);
 
 /// Optical thickness by which the edges of a tube may differ, per voxel of tolerance: light that is up to that much too
@@ -70,8 +71,8 @@ public:
     /// How much more of its light one path has left than the other where a medium has taken a good part of it, or
     /// where the first of them ends: in optical thicknesses. Inside of a tube light is the same across its way.
     double fadesApart(const Path& a, const Path& b) const;
-    /// A step in depth inside one object is a silhouette too. @param least  of the step [voxels]
-    bool stepsInDepth(const Path& a, const Path& middle, const Path& b, double least) const;
+    /// A step in depth inside one object is a silhouette too. @param fineness  RefineOptions::fineness
+    bool stepsInDepth(const Path& a, const Path& middle, const Path& b, double fineness) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
     double width(const Path& a, const Path& b) const;
     /// Distance between where they meet the first surface [voxels].

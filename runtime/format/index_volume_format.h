@@ -17,6 +17,7 @@ inline constexpr unsigned kIndexVersionAt = 8;    // u32
 inline constexpr unsigned kIndexObjectsAt = 12;   // u32: how many
 inline constexpr unsigned kIndexFileSizeAt = 16;  // u64 [bytes]
 inline constexpr unsigned kIndexMostObjects = 256;
+inline constexpr unsigned kIndexMostDrawn = 16;  // of them at a time, by the run-time library's pass
 
 // Behind it one of these for each object; places count from the object's own header.
 inline constexpr unsigned kIndexObjectHeader = 320;    // [bytes]

@@ -5,11 +5,14 @@
 #include <cmath>
 #include <string>
 
+#include "runtime/format/index_volume_format.h"
 #include "runtime/src/affine.h"
 #include "runtime/src/guarded.h"
 #include "runtime/src/harmonics.h"
 
 namespace photic::runtime {
+
+static_assert(BentRayPass::kMostObjects == format::kIndexMostDrawn, "what photic export warns of");
 namespace {
 
 void require(const BentRayOptions& o, const Surroundings& s, std::size_t placed) {
