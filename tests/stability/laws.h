@@ -17,7 +17,8 @@ struct Violation {
 };
 
 /// Bakes the scene as often as the laws need it: finite and not negative, |direction| <= 1, both ledgers closed, light
-/// doubled, everything moved by whole voxels, other thread counts, a finer tolerance, and photons of the same scene.
+/// doubled, everything moved by whole voxels, other thread counts, all voxels instead of a band, a finer tolerance, and
+/// photons of the same scene.
 /// Each is judged on its own. Files go to `directory`, which must exist.
 /// @return every law that was broken; nothing where all hold
 /// @throws Error{Input} where the scene is refused
@@ -25,6 +26,8 @@ std::vector<Violation> brokenLaws(const SceneModel& scene, const std::string& di
 
 /// The laws that one field can break by itself.
 std::optional<Violation> brokenByField(const LightField& field);
+/// What a band around receivers keeps is what a bake of everything has there.
+std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole);
 bool sameBits(const LightField& a, const LightField& b);
 
 /// What became of a scene that was tried in a process of its own.

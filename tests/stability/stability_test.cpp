@@ -50,6 +50,8 @@ TEST(Stability, BrokenFieldsAreNoticed) {
     EXPECT_TRUE(brokenByField(fieldOf(-1, 0))) << "negative";
     EXPECT_TRUE(brokenByField(fieldOf(std::numeric_limits<float>::quiet_NaN(), 0))) << "not a number";
     EXPECT_NEAR(blockDifference(fieldOf(1.1f, 1), fieldOf(1, 1), 4), 0.1, 1e-6);
+    EXPECT_FALSE(brokenByBand(fieldOf(1, 1), fieldOf(1, 1)));
+    EXPECT_TRUE(brokenByBand(fieldOf(1.001f, 1), fieldOf(1, 1)));
     EXPECT_TRUE(sameBits(fieldOf(1, 1), fieldOf(1, 1)));
     EXPECT_FALSE(sameBits(fieldOf(1, 1), fieldOf(std::nextafter(1.0f, 2.0f), 1)));
 }
