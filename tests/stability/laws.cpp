@@ -303,13 +303,16 @@ std::optional<Violation> brokenByField(const LightField& field) {
 
 std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole) {
     const NeededVoxels& needed = band.needed();
+    // Indices may be moved by the frame (bands fill the fewest leaves).
+    const glm::ivec3 shift = whole.frame().min - band.frame().min;
     double off = 0, sum = 0;
     for (int slot = 0; slot < needed.leafCount(); ++slot) {
         const NeededVoxels::Mask& mask = needed.mask(slot);
         for (int index = 0; index < LightField::kLeafVoxels; ++index) {
             if (!(mask[static_cast<std::size_t>(index / 64)] >> (index % 64) & 1)) continue;
             const glm::ivec3 voxel = needed.leafOrigin(slot) + glm::ivec3(index / 64, index / 8 % 8, index % 8);
-            off += std::fabs(band.irradiance(voxel) - whole.irradiance(voxel)), sum += whole.irradiance(voxel);
+            const double x = band.irradiance(voxel), y = whole.irradiance(voxel + shift);
+            off += std::fabs(x - y), sum += y;
         }
     }
     if (off <= kBand * sum) return std::nullopt;
