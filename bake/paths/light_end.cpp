@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
+#include <variant>
 
 namespace photic {
 
@@ -31,8 +33,16 @@ double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction,
                                             : std::floor(at + kBorder) - behind + kShort;
         end = std::min(end, hit.distance + (side - at) / along[axis]);
     }
-    if (caster_.planesOnly()) return end;
     const glm::dvec3 point = origin + hit.distance * direction;
+    if (caster_.planesOnly()) {
+        // In a corner of planes that are both looked up, light goes on behind both.
+        for (const Object& other : scene_.objects)
+            if (const auto* stop = std::get_if<Plane>(&other.shape); stop && !other.receives()) {
+                const double t = glm::dot(stop->point - point, stop->normal) / glm::dot(direction, stop->normal);
+                if (t > 0) end = std::min(end, hit.distance + t);
+            }
+        return end;
+    }
     const RayHit next = caster_.firstHit(point, direction, end - hit.distance);
     if (!next) return end;
     if (next.target != hit.target) return hit.distance + next.distance;

@@ -40,7 +40,8 @@ public:
     /// Distance [m] along a leg at which its deposit ends.
     ///
     /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole
-    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object, and
+    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object (of
+    /// planes: through those that are looked up too, as in the corner of a pool, and never through a blocker), and
     /// through the far side of the same one only where that is close.
     /// @param direction  unit, world
     /// @return infinity without a hit

@@ -102,6 +102,18 @@ inline void endOnPlanes(const RowTraceSetup& setup, std::size_t count, RayRow& r
             end[i] = nearer ? stop : end[i];
         }
     }
+    // Light that goes on behind a wall ends at what stops it there.
+    for (const RowPlane& plane : setup.planes) {
+        if (plane.receives) continue;
+        const double nx = plane.normal[0], ny = plane.normal[1], nz = plane.normal[2];
+        for (std::size_t i = 0; i < count; ++i) {
+            const double height = nx * x[i] + ny * y[i] + nz * z[i] - plane.offset;
+            const double t = -height / (nx * dx[i] + ny * dy[i] + nz * dz[i]);
+            const double stop = w[i] + sense * t / (per_layer[i] > 0.0 ? per_layer[i] : 1.0);
+            const bool stops = t > hit[i] && (end[i] - stop) * sense > 0.0;
+            end[i] = stops ? stop : end[i];
+        }
+    }
 }
 
 inline void traceRow(const RowTraceSetup& setup, const SurfaceRow& points, RayRow& row) {

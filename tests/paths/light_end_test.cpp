@@ -92,5 +92,18 @@ TEST(LightEnd, LightDoesNotGoOnThroughASecondObject) {
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 1.1, 1e-6);
 }
 
+TEST(LightEnd, LightBehindAPlaneEndsAtABlocker) {
+    const auto plane = [](double z, Role role) {
+        Object out;
+        out.shape = Plane{{0, 0, z}, {0, 0, 1}}, out.role = role;
+        return out;
+    };
+    Scene scene;
+    scene.objects = {plane(1.02, Role::Receiver), plane(0.93, Role::Receiver)};
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.75, 1e-6) << "a second receiver is lit as well";
+    scene.objects[1].role = Role::Blocker;
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.93, 1e-6);
+}
+
 }  // namespace
 }  // namespace photic

@@ -44,6 +44,7 @@ TEST_P(RowsAndPaths, AgreeToRounding) {
             water.scene.surfaces[0].event = event;
             water.scene.objects = {support::planeObject({0, 0, -1.5}, {0.2, 0, 1}),
                                    support::planeObject({0.8, 0, 0}, {-1, 0, 0.1}),
+                                   support::planeObject({0, 0, -1.55}, {0.2, 0.1, 1}, Role::Blocker),
                                    support::planeObject({0, 0, 0.9}, {0, 0.1, -1}, Role::Movable)};
             const double behind_walls = branch == Branch::Refracted ? 5 : 0;
             const OpticalScene optics(water.scene, water.frame, {}, behind_walls);

@@ -213,8 +213,23 @@ std::optional<Violation> brokenBeside(const PhotonSums& p, const PhotonSums& err
     return std::nullopt;
 }
 
+// Behind planes that stand, light is laid as far as the blur of a disc reaches, and counts as light there.
+bool laysLightBehindWalls(const SceneModel& scene) {
+    const auto wide = [](const SceneModel::Lamp& lamp) { return lamp.disc > 0; };
+    const auto plane = [](const SceneModel::Thing& thing) { return thing.shape == SceneModel::Shape::Plane; };
+    return scene.options.find("\"off\"") == std::string::npos &&
+           scene.options.find("\"sample\"") == std::string::npos &&
+           std::any_of(scene.lamps.begin(), scene.lamps.end(), wide) &&
+           std::any_of(scene.things.begin(), scene.things.end(), plane);
+}
+
 std::optional<Violation> brokenByPhotons(const SceneModel& scene, const Baked& beams, const std::string& directory) {
     if (scene.method != "beams" && scene.method != "wavefront") return std::nullopt;
+    if (laysLightBehindWalls(scene)) {
+        SceneModel sharp = scene;
+        for (SceneModel::Lamp& lamp : sharp.lamps) lamp.disc = 0;
+        return brokenByPhotons(sharp, bakeModel(sharp, directory), directory);
+    }
     const BakeReport& report = beams.result.report;
     const PhotonSums once = photonsOf(scene, kPhotonCount, 1, directory);
     if (!brokenBeside(once, {}, scene, report)) return std::nullopt;
