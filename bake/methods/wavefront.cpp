@@ -13,6 +13,7 @@
 #include "bake/methods/method_options.h"
 #include "bake/methods/paper_fronts.h"
 #include "bake/methods/wavefront_launch.h"
+#include "bake/methods/wavefront_refine.h"
 #include "bake/paths/emission.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/report/error.h"
@@ -64,9 +65,6 @@ const std::vector<OptionBinding<WavefrontOptions>>& wavefrontOptions() {
     };
     return bindings;
 }
-
-/// Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
-constexpr double kGentleContrast = 0.15;
 
 /// Makes one stage, "fronts", of all fronts of all lights.
 class FrontProgress final : public Monitor {
@@ -205,36 +203,15 @@ private:
                                                             : SplineFit::Plain;
     }
 
-    /// Halves what would be given up, up to three times and to three times as many tubes: at the rim of a lens, where
-    /// one ray of a tube goes straight on and another turns, only the narrowest tubes are lost then. At surfaces what
-    /// goes apart is halved too, to sixteen times as many: those tubes go straight, and are quick.
+    /// Divides what is too coarse, and what would be given up.
     Front refined(Front front, const FrontLaunch& launch, const LightSample& sample, LightField& field,
                   Monitor& monitor) {
-        constexpr int kHalvings = 3;
         SweepTotals nobodys;
         nobodys.work = totals_.work;
         FrontSweep probe(launch.space, field, voxelise_, nobodys, monitor);
-        const SplineIndex* index = launch.space.index;
-        if (obstacles_->empty() &&
-            (2 * (index->largest() - index->least()) < kGentleContrast || !probe.someTurn(front))) {
-            totals_.trace_seconds += nobodys.trace_seconds;
-            return front;
-        }
-        const std::size_t most = (launch.space.beyond ? 16 : 3) * front.tubes.size();
-        Front whole;
-        whole.axis = front.axis, whole.sense = front.sense, whole.inside = front.inside;
-        for (int halving = 0; halving < kHalvings; ++halving) {
-            const std::vector<std::uint32_t> lost = probe.findLost(front);
-            if (lost.empty() || whole.tubes.size() + front.tubes.size() + 3 * lost.size() > most) break;
-            Front parts = splitTubes(launch, sample, front, lost);
-            for (auto tube = lost.rbegin(); tube != lost.rend(); ++tube) front.tubes[*tube].ray[0] = kGone;
-            std::erase_if(front.tubes, [](const Front::Tube& tube) { return tube.ray[0] == kGone; });
-            whole.append(front);
-            front = std::move(parts);
-        }
-        whole.append(front);
+        Front out = FrontRefiner(launch, sample, probe, scene_.bake.tolerance).refine(std::move(front));
         totals_.trace_seconds += nobodys.trace_seconds;
-        return whole;
+        return out;
     }
 
     /// Leaves out the tubes that most rays say are in the shadow of an object.
@@ -297,7 +274,6 @@ private:
     GradedSpace medium_;
     Monitor& monitor_;
     VoxeliseOptions voxelise_;
-    static constexpr std::uint32_t kGone = 0xffffffff;
     SweepTotals totals_;
     double index_seconds_ = 0;
     std::optional<FrontObstacles> obstacles_;

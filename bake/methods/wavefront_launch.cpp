@@ -7,7 +7,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <map>
 #include <numbers>
 #include <tuple>
 #include <utility>
@@ -217,7 +216,7 @@ Front frontThrough(const FrontLaunch& launch, const LaunchPlane& plane, const gl
     const glm::dvec2 spacing = (high - low) / glm::dvec2(cells);
     Front front;
     std::tie(front.axis, front.sense) = plane.way();
-    front.inside = launch.inside;
+    front.inside = launch.inside, front.cells = cells;
     const auto place = [&](int i, int j) { return low + spacing * glm::dvec2(i, j); };
     for (int j = 0; j <= cells.y; ++j)
         for (int i = 0; i <= cells.x; ++i) front.rays.push_back(plane.rayAt(place(i, j)));
@@ -280,41 +279,6 @@ std::vector<Front> launchFronts(const FrontLaunch& launch, const Light& light, c
     requireFew(light, (blocks.x * kBlock + 1.0) * (blocks.y * kBlock + 1.0), launch.spacing);
     fronts.push_back(frontThrough(launch, plane, low, high, blocks));
     return fronts;
-}
-
-Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
-                 const std::vector<std::uint32_t>& which) {
-    std::optional<LampSide> side;
-    if (standsAmong(launch, sample)) side.emplace(front.axis, front.sense);
-    const LaunchPlane plane(launch, sample, side);
-    Front out;
-    out.axis = front.axis, out.sense = front.sense, out.inside = front.inside;
-    const auto placeOf = [&](std::uint32_t ray) { return plane.placeOf(out.rays[ray]); };
-    std::map<std::uint32_t, std::uint32_t> copies;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto copyOf = [&](std::uint32_t ray) {
-        const auto [at, fresh] = copies.emplace(ray, static_cast<std::uint32_t>(out.rays.size()));
-        if (fresh) out.rays.push_back(front.rays[ray]);
-        return at->second;
-    };
-    const auto middleOf = [&](std::uint32_t a, std::uint32_t b) {
-        const auto [at, fresh] = middles.emplace(std::minmax(a, b), static_cast<std::uint32_t>(out.rays.size()));
-        if (fresh) out.rays.push_back(plane.rayAt(0.5 * (placeOf(a) + placeOf(b))));
-        return at->second;
-    };
-    for (const std::uint32_t tube : which) {
-        const auto& ray = front.tubes[tube].ray;
-        const std::uint32_t a = copyOf(ray[0]), b = copyOf(ray[1]), c = copyOf(ray[2]), ab = middleOf(a, b),
-                            bc = middleOf(b, c), ca = middleOf(c, a);
-        const std::uint32_t parts[4][3] = {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}};
-        for (const auto& p : parts)
-            out.tubes.push_back({{p[0], p[1], p[2]},
-                                 plane.power(placeOf(p[0]), placeOf(p[1]), placeOf(p[2])),
-                                 0,
-                                 front.tubes[tube].cell});
-    }
-    setLeast(launch, out);
-    return out;
 }
 
 }  // namespace photic

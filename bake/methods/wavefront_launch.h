@@ -71,6 +71,12 @@ public:
     glm::dvec3 power(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) const;
     /// Per channel [W/m2], on the plane.
     glm::dvec3 irradianceAt(const glm::dvec2& uv) const;
+    /// Whether light is as strong in all directions.
+    bool even() const { return !sample_.source || sample_.light->type == LightType::Point; }
+    /// Of a lamp through a place of the plane, per channel [W/sr].
+    glm::dvec3 strengthAt(const glm::dvec2& uv) const {
+        return strengthTowards(directionAt(launch_.frame.worldFromIndex(voxelAt(uv))));
+    }
     /// Of a lamp towards a direction, per channel [W/sr].
     glm::dvec3 strengthTowards(const glm::dvec3& direction) const;
 
@@ -102,9 +108,5 @@ FrontBox entryOf(const FrontLaunch& launch, const LightSample& sample);
 /// lamp, `spacing` apart where they leave the space straight on.
 /// @throws Error{Input} as requireWay(), and for more than 2^26 rays
 std::vector<Front> launchFronts(const FrontLaunch& launch, const Light& light, const LightSample& sample);
-
-/// Some tubes of a launched front, each as four with rays of their own between its corners'.
-Front splitTubes(const FrontLaunch& launch, const LightSample& sample, const Front& front,
-                 const std::vector<std::uint32_t>& which);
 
 }  // namespace photic

@@ -85,7 +85,8 @@ struct FrontSweep::State {
     /// Of rays in them, by the ray that they come from and where it turned away, or which branch of a surface's they
     /// are.
     std::map<FrontWay, std::map<std::pair<std::uint32_t, int>, std::uint32_t>> places;
-    VoxeliseOptions options;  ///< of the chunk
+    VoxeliseOptions options;               ///< of the chunk
+    std::vector<std::int32_t> of_lattice;  ///< per ray of the launched lattice: the front's that continues it; -1: none
     bool attenuates = false, timed = false;
     double time_origin = 0;  ///< optical path that the rays' counts from [m]
     int channels = 1;

@@ -150,14 +150,15 @@ void FrontSweep::finish(const Front& front, const State& state) {
     }
 }
 
-std::vector<std::uint32_t> FrontSweep::findLost(Front front) {
+std::vector<std::uint32_t> FrontSweep::findLost(Front front, FrontBends* bends) {
     // What surfaces send on that is fainter than that need not be followed well.
     constexpr double kFaint = 0.02;
     for (std::uint32_t t = 0; t < front.tubes.size(); ++t)
         front.tubes[t].source = t,
         front.tubes[t].least = std::max(front.tubes[t].least, kFaint * channelMean(front.tubes[t].power));
+    for (std::uint32_t r = 0; bends && r < front.rays.size(); ++r) front.rays[r].source = r;
     std::vector<std::uint32_t> lost;
-    lost_ = &lost;
+    lost_ = &lost, bends_ = bends;
     for (const Front::Tube& tube : front.tubes) {
         const int shadowed = std::accumulate(tube.ray, tube.ray + 3, 0, [&](int sum, std::uint32_t ray) {
             return sum + (front.rays[ray].shadowed ? 1 : 0);
@@ -167,7 +168,7 @@ std::vector<std::uint32_t> FrontSweep::findLost(Front front) {
     std::vector<Front> fronts;
     fronts.push_back(std::move(front));
     runAll(std::move(fronts), [](double, double) {});
-    lost_ = nullptr;
+    lost_ = nullptr, bends_ = nullptr;
     std::sort(lost.begin(), lost.end());
     lost.erase(std::unique(lost.begin(), lost.end()), lost.end());
     return lost;
@@ -211,29 +212,6 @@ std::vector<SlabGroup> FrontSweep::groupsAlong(int axis) const {
     return planSlabs(field_.needed(), axis, TileSums::kColumns, widestLanes(options_.instruction_set));
 }
 
-bool FrontSweep::someTurn(const Front& front) {
-    Front some;
-    some.axis = front.axis, some.sense = front.sense;
-    // Rays that lie evenly, however long the rows are [Weyl 1916].
-    constexpr double kStep = 0.6180339887498949, kShare = 1.0 / 8;
-    for (std::size_t r = 0; r < front.rays.size(); ++r) {
-        const double place = kStep * static_cast<double>(r);
-        if (place - std::floor(place) < kShare) some.rays.push_back(front.rays[r]);
-    }
-    State state;
-    state.least_cosine = 0.7071f;
-    setOut(some, state);
-    pack(some, {}, state.packed);
-    const auto groups = groupsAlong(front.axis);
-    for (const Chunk& chunk : chunksOf(some, groups)) {
-        monitor_.checkCancelled();
-        march(some, chunk, state);
-        for (std::size_t r = 0; r < some.rays.size(); ++r)
-            if (state.rays.stopped[r] >= 0) return true;
-    }
-    return false;
-}
-
 std::vector<Front> FrontSweep::run(const Front& front) {
     if (front.tubes.empty()) return {};
     space_ = start_.beyond ? &start_.beyond->spaceOf(front.inside) : &start_;
@@ -252,6 +230,7 @@ std::vector<Front> FrontSweep::run(const Front& front) {
     totals_.tubes += static_cast<std::int64_t>(front.tubes.size());
     totals_.rays += static_cast<std::int64_t>(front.rays.size());
 
+    if (bends_ && space_->index) findLattice(front, state);
     const auto rest = [&] {
         finish(front, state);
         std::vector<Front> out;
@@ -272,6 +251,7 @@ std::vector<Front> FrontSweep::run(const Front& front) {
         if (exit < earliest) continue;  // all rays start beyond it
         if (space_->beyond && std::find(state.alive.begin(), state.alive.end(), 1) == state.alive.end()) break;
         march(front, chunk, state);
+        if (bends_ && chunk.group && space_->index) measureBends(front, chunk, state);
         turnAway(front, chunk, state);
         const Stopwatch watch;
         if (chunk.group && !lost_)

@@ -23,6 +23,7 @@ namespace photic {
 
 /// Rays that go along one axis of the grid, and the tubes between them.
 struct Front {
+    static constexpr std::uint32_t kNoSource = 0xffffffff;
     struct Ray {
         glm::dvec3 voxel{0};     ///< where it starts, in index space
         glm::dvec3 momentum{0};  ///< along the ray, as long as n; world
@@ -30,6 +31,8 @@ struct Front {
         double time = 0;         ///< optical path so far [m]
         bool shadowed = false;   ///< an object stands between it and its light
         int surface = -1;        ///< that it starts on, in Scene::surfaces
+        /// Which ray of the launched front it continues, if any that was not met by a surface; findLost sets it.
+        std::uint32_t source = kNoSource;
     };
     struct Tube {
         std::uint32_t ray[3] = {0, 0, 0};
@@ -38,15 +41,19 @@ struct Front {
         glm::ivec2 cell{0};         ///< of the launched front's, that it comes from
         double least = 0;           ///< [W, mean of the channels] below which no surface sends it on
         int turns = 0, events = 0;  ///< so far: of the axis, and at surfaces
+        bool parted = false;        ///< its rays went apart, and it goes where most of them did
     };
     int axis = 2, sense = -1;
     MediumStack inside{};  ///< of all its rays
+    /// Of a lattice whose rays are the first ones, row by row, cells.x + 1 a row; none: they lie anyhow.
+    glm::ivec2 cells{0};
     std::vector<Ray> rays;
     void append(const Front& other);
     std::vector<Tube> tubes;  ///< neighbours near each other: each 128 are handled together
 };
 
 class FrontObstacles;
+struct FrontBends;
 class GradedSpace;
 
 /// How far light is followed.
@@ -121,10 +128,13 @@ public:
 
     /// Which tubes of a front would be given up, have rays that end on different things or one in a shadow, or go apart
     /// at a surface; lays nothing. Its counts are those of a bake, so the totals should be none that anybody reads.
-    std::vector<std::uint32_t> findLost(Front front);
+    /// @param bends  how much the edges of the front's lattice bend on their way; null: nobody asks
+    std::vector<std::uint32_t> findLost(Front front, FrontBends* bends = nullptr);
 
-    /// Whether any of an eighth of a front's rays turns by 45 degrees from its axis: where none does, no tube is lost.
-    bool someTurn(const Front& front);
+    /// A look at every fourth of a lattice's rays: whether any turns by 45 degrees from its axis, since where none does
+    /// no tube is lost; and how much the lattice's edges bend.
+    /// @param to_the_end  bends are measured even where light turns
+    bool scout(const Front& front, bool to_the_end, FrontBends& bends);
 
 private:
     struct Chunk;
@@ -171,6 +181,8 @@ private:
     void packTurned(const Front& front, const Chunk& chunk, const State& state, Packed& packed) const;
     void finish(const Front& front, const State& state);
     void countLoss(const glm::dvec3& power, const glm::dvec3& left);
+    void findLattice(const Front& front, State& state) const;
+    void measureBends(const Front& front, const Chunk& chunk, State& state);
 
     const FrontSpace& start_;
     const FrontSpace* space_;  // of the front that is run
@@ -180,6 +192,7 @@ private:
     Monitor& monitor_;
     FrontSinks sinks_;
     std::vector<std::uint32_t>* lost_ = nullptr;  ///< while findLost looks
+    FrontBends* bends_ = nullptr;                 ///< while somebody measures
 };
 
 }  // namespace photic

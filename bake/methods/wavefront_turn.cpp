@@ -108,6 +108,44 @@ std::pair<int, int> bestWay(int but, const std::array<Front::Ray, 3>& rays) {
     return best;
 }
 
+namespace {
+
+constexpr double kLeastCosine = 0.5;  // to the axis along which a ray is followed
+
+double cosineTo(const std::pair<int, int>& way, const Front::Ray& ray) {
+    return way.second * ray.momentum[way.first] / glm::length(ray.momentum);
+}
+
+/// The axis and sense that suits most of three rays that none suits all of; of several such, where they agree best.
+std::pair<int, int> mostWay(const std::array<Front::Ray, 3>& rays) {
+    std::pair<int, int> best{0, 1};
+    double most = -1;
+    for (const Front::Ray& ray : rays)
+        for (int a = 0; a < 3; ++a) {
+            const std::pair<int, int> way{a, ray.momentum[a] > 0 ? 1 : -1};
+            double sum = 0;
+            for (const Front::Ray& other : rays)
+                if (const double cosine = cosineTo(way, other); cosine > kLeastCosine) sum += 1 + cosine;
+            if (sum > most) most = sum, best = way;
+        }
+    return best;
+}
+
+/// The ray that goes on for one of three along a way: itself, or of those that the way suits the one closest to it.
+std::size_t nearestAlong(const std::pair<int, int>& way, const std::array<Front::Ray, 3>& rays, std::size_t ray) {
+    if (cosineTo(way, rays[ray]) > kLeastCosine) return ray;
+    std::size_t nearest = ray;
+    double most = -2;
+    for (std::size_t c = 0; c < 3; ++c) {
+        if (!(cosineTo(way, rays[c]) > kLeastCosine)) continue;
+        const double cosine = glm::dot(glm::normalize(rays[c].momentum), glm::normalize(rays[ray].momentum));
+        if (cosine > most) most = cosine, nearest = c;
+    }
+    return nearest;
+}
+
+}  // namespace
+
 void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, const Turned& turned) {
     const Front::Tube& tube = front.tubes[turned.tube];
     std::array<Front::Ray, 3> rays;
@@ -115,26 +153,40 @@ void FrontSweep::passOn(const Front& front, const Chunk& chunk, State& state, co
     for (std::size_t c = 0; c < 3; ++c) {
         const Leaving leaving = leave(front, chunk, state, tube.ray[c], turned.lane);
         rays[c] = leaving.ray, left += leaving.left / 3.0;
+        rays[c].source = front.rays[tube.ray[c]].source;
     }
     const glm::dvec3 power = tube.power * left;
     countLoss(tube.power, left);
     ++totals_.turned;
-    const std::pair<int, int> best = bestWay(front.axis, rays);
-    const bool too_often = tube.turns >= space_->limits.turns;
-    if (best.first < 0 || too_often) {
+    if (tube.turns >= space_->limits.turns) {
         totals_.power.dropped += channelMean(power);
-        if (lost_ && !too_often) lost_->push_back(tube.source);
         return;
+    }
+    std::pair<int, int> best = bestWay(front.axis, rays);
+    bool parted = tube.parted;
+    std::array<std::uint32_t, 3> from{tube.ray[0], tube.ray[1], tube.ray[2]};
+    if (best.first < 0) {
+        // The tube is as narrow as it can be: it goes on as most of its rays do, once.
+        if (lost_ || tube.parted) {
+            if (lost_) lost_->push_back(tube.source);
+            totals_.power.dropped += channelMean(power);
+            return;
+        }
+        parted = true;
+        best = mostWay(rays);
+        const std::array<Front::Ray, 3> own = rays;
+        for (std::size_t c = 0; c < 3; ++c)
+            if (const std::size_t as = nearestAlong(best, own, c); as != c) rays[c] = own[as], from[c] = tube.ray[as];
     }
     const FrontWay way = wayOf(best.first, best.second, front.inside);
     Front& next = state.next[way];
     next.axis = best.first, next.sense = best.second, next.inside = front.inside;
     auto& places = state.places[way];
     Front::Tube out = tube;
-    out.power = power, ++out.turns;
+    out.power = power, ++out.turns, out.parted = parted;
     for (std::size_t c = 0; c < 3; ++c) {
-        const auto [place, fresh] = places.emplace(std::pair{tube.ray[c], chunk.first + turned.lane},
-                                                   static_cast<std::uint32_t>(next.rays.size()));
+        const auto [place, fresh] =
+            places.emplace(std::pair{from[c], chunk.first + turned.lane}, static_cast<std::uint32_t>(next.rays.size()));
         if (fresh) next.rays.push_back(rays[c]);
         out.ray[c] = place->second;
     }
