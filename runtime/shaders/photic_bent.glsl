@@ -143,6 +143,15 @@ vec4 photicBentSplineAt(int object, vec3 node, int channel) {
 #endif
 }
 
+#ifdef PHOTIC_BENT_COUNTS
+/// Look-ups of the index: where it bends nothing, where it does, along a ray for a face, and at one.
+ivec4 photic_bent_looks;
+/// @param face  0: along a ray for a face; more: at one
+void photicBentCount(int face, PhoticRefraction here) {
+    ++photic_bent_looks[face >= 0 ? 2 + min(face, 1) : here.gradient != vec3(0.0) ? 1 : 0];
+}
+#endif
+
 /// One object's index at a place in its box.
 PhoticRefraction photicBentOne(int object, vec3 node, int channel) {
     vec4 v = photicBentSplineAt(object, node, channel);
@@ -170,7 +179,7 @@ PhoticRefraction photicBentAt(int object, vec3 place, int channel) {
 
 /// How many blocks around a place are all alike, in index and attenuation: 0, or the reach, of which 1 is its own block.
 int photicBentReach(int object, vec3 node) {
-    ivec3 block = ivec3(clamp(node, vec3(0.0), vec3(photic_bent_objects[object].count.xyz - 1))) >> 2;
+    ivec3 block = ivec3(clamp(node, vec3(0.0), vec3(photic_bent_objects[object].count.xyz - 1))) >> 1;
     return int(texelFetch(photic_bent_blocks, photic_bent_objects[object].block.xyz + block, 0).r);
 }
 

@@ -45,6 +45,8 @@ vec3 photicBentReflect(int object, vec3 node, vec3 place, vec3 normal, vec3 mome
 }
 
 #ifndef PHOTIC_EULER
+#define PHOTIC_BENT_PACE 0.9  // of the search for a face along a ray [nodes]
+
 /// A length of the ray in one medium, on one side of a face.
 void photicBentLength(int object, vec3 from, vec3 to, vec3 in_medium, float square) {
     PhoticBentMedium medium = photicBentMedium(object, photicBentNode(object, in_medium));
@@ -62,7 +64,8 @@ void photicBentCross(int object, vec3 gradient) {
     float s = photic_bent_face.peak * length(photic_bent_face.way) / length(p);
     float square = dot(p, p) + 2.0 * dot(photic_bent_face.near, face - from), beyond = 1.0 + 2.0 * photic_bent_face.far;
     p = normalize(p + s * photic_bent_face.near) * sqrt(square);
-    vec3 normal = normalize(gradient);
+    // Of the slope there, what is beside the face is not the face's.
+    vec3 normal = normalize(gradient - 0.5 * (photic_bent_face.near + photic_bent_face.beyond));
     float a = dot(p, normal);
     if (a < 0.0) normal = -normal, a = -a;
     vec3 along = p - a * normal, mirrored = along - a * normal;
@@ -90,6 +93,22 @@ void photicBentCross(int object, vec3 gradient) {
                     photicBentHolds(object, photicBentNode(object, place)) ? object : -2);
 }
 
+/// The search for a face begins: where the ray comes from another one, there, since they may be close; otherwise at the
+/// look in the middle of the step that was about to be taken. @param force  there
+void photicBentSeekFrom(vec3 force, bool fresh) {
+    float a_node = length(photicBentNodeVector(photic_bent_ray.object, photic_bent_ray.momentum));
+    float strength = length(force);
+    photic_bent_face.way = photic_bent_ray.momentum / a_node;
+    photic_bent_face.before = 1e30;
+    photic_bent_face.met = false;
+    photic_bent_ray.look = PHOTIC_BENT_SEEK;
+    // What bends beside the face does so up to it; what grows within a step is the face's own width.
+    photic_bent_face.near = strength < 2.0 * length(photic_bent_ray.force) ? photic_bent_ray.force : vec3(0.0);
+    photic_bent_face.along = fresh ? 0.0 : 0.5 * photic_bent_ray.step * a_node + PHOTIC_BENT_PACE;
+    photic_bent_face.last = fresh ? 1e30 : strength;
+    photic_bent_face.passed = fresh ? vec3(0.0) : (photic_bent_face.along / PHOTIC_BENT_PACE) * force;
+}
+
 /// No face there, or none that the ray meets: the search goes on.
 void photicBentSeekOn() { photic_bent_ray.look = PHOTIC_BENT_SEEK; }
 
@@ -98,10 +117,9 @@ void photicBentSeek(int object, vec3 place, vec3 node, PhoticRefraction here) {
     float before = 0.5 * dot(photic_bent_ray.momentum, photic_bent_ray.momentum) - 0.5;
     float jump = photic_bent_face.far - before, middle = 0.5 * (before + photic_bent_face.far);
     if (photic_bent_ray.look == PHOTIC_BENT_SEEK) {
-        const float kPace = 0.75;
         bool holds = photicBentHolds(object, node), face = holds && photicBentFace(object, node);
         float strength = length(here.gradient), t = photic_bent_face.along;
-        if (t == 0.0) photic_bent_face.near = face ? vec3(0.0) : here.gradient;
+        if (t == 0.0 && !face) photic_bent_face.near = here.gradient;
         bool stopped = false;
 #ifdef PHOTIC_BENT_SHAPES
         // A sharp face ends the search, a hair before it.
@@ -112,7 +130,7 @@ void photicBentSeek(int object, vec3 place, vec3 node, PhoticRefraction here) {
         if ((t > 0.0 && !face) || t > 24.0 || stopped) {
             // Past all of it: straight on along a face that it does not meet, otherwise bent by what is beside faces.
             vec3 p = photic_bent_ray.momentum;
-            float square = dot(p, p), s = kPace * length(photic_bent_face.way) / sqrt(square);
+            float square = dot(p, p), s = PHOTIC_BENT_PACE * length(photic_bent_face.way) / sqrt(square);
             for (float done = 0.0; done < t; done += 1.0) {
                 vec3 low = photic_bent_ray.start + done * photic_bent_face.way;
                 vec3 high = photic_bent_ray.start + min(done + 1.0, t) * photic_bent_face.way;
@@ -122,18 +140,18 @@ void photicBentSeek(int object, vec3 place, vec3 node, PhoticRefraction here) {
             photicBentBegin(place, bent, photic_bent_ray.weight, holds ? object : -2);
             return;
         }
-        if (t > 1.9 * kPace && strength < photic_bent_face.last && photic_bent_face.last >= photic_bent_face.before) {
+        if (t > 1.9 * PHOTIC_BENT_PACE && strength < photic_bent_face.last && photic_bent_face.last >= photic_bent_face.before) {
             // Between the three places the gradient is a Gaussian, nearly.
             vec3 three = log(max(vec3(photic_bent_face.before, photic_bent_face.last, strength), 1e-4 * photic_bent_face.last));
             float aside = 0.5 * (three.z - three.x) / max(2.0 * three.y - three.x - three.z, 1e-6);
-            photic_bent_face.peak = t + kPace * (clamp(aside, -1.0, 1.0) - 1.0);
+            photic_bent_face.peak = t + PHOTIC_BENT_PACE * (clamp(aside, -1.0, 1.0) - 1.0);
             photic_bent_ray.look = PHOTIC_BENT_PEAK;
             photic_bent_face.met = true;
         }
         photic_bent_face.passed += here.gradient;
         photic_bent_face.before = photic_bent_face.last;
         photic_bent_face.last = strength;
-        photic_bent_face.along = t + kPace;
+        photic_bent_face.along = t + PHOTIC_BENT_PACE;
     } else if (photic_bent_ray.look == PHOTIC_BENT_PEAK) {
         vec3 normal = here.gradient / max(length(here.gradient), 1e-12);
         float cosine = dot(normal, photic_bent_ray.momentum) / length(photic_bent_ray.momentum);

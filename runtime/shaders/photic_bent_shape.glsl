@@ -173,7 +173,7 @@ void photicBentSearch() {
         inside = -1;
     } else if (object >= 0) {
         others = photic_bent_shapes[object].w;
-        bool seeks = photic_bent_ray.look == PHOTIC_BENT_SEEK && photic_bent_face.along == 0.0;
+        bool seeks = photic_bent_ray.look == PHOTIC_BENT_SEEK && photic_bent_face.before == 1e30;
         if (photic_bent_ray.look != PHOTIC_BENT_STEP && !seeks) return;
         float node = 1.0 / length(photicBentNodeVector(object, photic_bent_ray.momentum));
         float steps = photic_bent_ray.count + 1.5;

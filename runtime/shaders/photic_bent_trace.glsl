@@ -185,9 +185,9 @@ void photicBentCrossSide(int object, vec3 place, bool into, float square) {
 /// Steps to take at once: those that are alike for certain.
 float photicBentJump(int object, vec3 node, vec3 rate) {
     int reach = photicBentReach(object, node);
-    vec3 block = floor(node * 0.25);
-    vec3 low = max((block - float(reach - 1)) * 4.0, photic_bent_objects[object].box_low.xyz);
-    vec3 high = min((block + float(reach)) * 4.0, photic_bent_objects[object].box_high.xyz);
+    vec3 block = floor(node * 0.5);
+    vec3 low = max((block - float(reach - 1)) * 2.0, photic_bent_objects[object].box_low.xyz);
+    vec3 high = min((block + float(reach)) * 2.0, photic_bent_objects[object].box_high.xyz);
     vec3 room = mix(node - low, high - node, greaterThan(rate, vec3(0.0)));
     vec3 steps = room / max(abs(rate), vec3(1e-12));
     // One less, so that the ray doesn't pass a sharp side either.
@@ -299,6 +299,9 @@ void photicBentLook(int channel) {
 #endif
     PhoticRefraction here = PhoticRefraction(0.0, vec3(0.0));
     if (!even) here = photicBentAt(object, place, channel);
+#ifdef PHOTIC_BENT_COUNTS
+    if (!even) photicBentCount(photic_bent_ray.look - PHOTIC_BENT_SEEK, here);
+#endif
     float square = 1.0 + 2.0 * here.excess;
 #ifdef PHOTIC_BENT_SHAPES
     if (photic_bent_ray.look == PHOTIC_BENT_MEET) {
@@ -326,15 +329,10 @@ void photicBentLook(int channel) {
     }
     vec3 force = here.gradient;
     float strength = length(force), step = photic_bent_ray.step;
-    bool bends = strength > 0.0;
+    bool bends = strength > 0.0, fresh = photic_bent_ray.count == 0.0 && photic_bent_ray.force == vec3(0.0);
     if (bends && !meets && photicBentFace(object, node)) {
         photicBentAnew();
-        photic_bent_face.way = photic_bent_ray.momentum / length(photicBentNodeVector(object, photic_bent_ray.momentum));
-        photic_bent_face.along = 0.0;
-        photic_bent_face.last = photic_bent_face.before = 1e30;
-        photic_bent_face.passed = vec3(0.0);
-        photic_bent_face.met = false;
-        photic_bent_ray.look = PHOTIC_BENT_SEEK;
+        photicBentSeekFrom(force, fresh);
         return;
     }
     // Too long for what was met: again, shorter.
@@ -449,6 +447,9 @@ vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, 
     photic_bent_pending = 0;
     photic_bent_touched = false;
     photic_bent_stretch = 0.0;
+#ifdef PHOTIC_BENT_COUNTS
+    photic_bent_looks = ivec4(0);
+#endif
 #ifdef PHOTIC_BENT_SHAPES
     photic_bent_channel = channel;
     photic_bent_asked = photicBentBoxesAround(place);
@@ -463,7 +464,7 @@ vec3 photicBentRadiance(vec3 place, vec3 direction, vec3 channels, int channel, 
     bool done = false;
     for (int i = 0; i < photic_bent_counts.y && !done; ++i) {
 #ifdef PHOTIC_BENT_SHAPES
-        // Each of these once in the text: compilers copy them to wherever they are called.
+        // Each once in the text: compilers copy them to wherever they are called.
         if (photic_bent_ray.look == PHOTIC_BENT_MET) photicBentMeet();
         if (photic_bent_ray.look == PHOTIC_BENT_CROSS) photicBentCrossShape();
         photicBentSearch();

@@ -11,7 +11,7 @@ namespace photic::runtime {
 
 /// Several index volumes as the texels of one atlas: boxes beside one another along one axis.
 struct IndexAtlas {
-    static constexpr int kBlock = 4;  ///< nodes a side of a block that may be passed over
+    static constexpr int kBlock = 2;  ///< nodes a side of a block that may be passed over
 
     struct Place {
         Int3 corner{0, 0, 0};    ///< first texel

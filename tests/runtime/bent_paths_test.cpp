@@ -208,6 +208,45 @@ TEST_F(BentRays, ABallWithFacesIsSeenAsASharpOne) {
     }
 }
 
+// Behind a face the index may go on changing, along it: n^2 = 2 + 0.8 z in a plate, where rays are parabolas.
+TEST_F(BentRays, WhatChangesBehindAFaceBendsUpToIt) {
+    IndexVolumeObject plate = slab(std::sqrt(2.0), false);
+    for (std::size_t i = 0; i < plate.spline[0].size(); ++i) {
+        const double z = plate.origin_world.z + 0.1 * static_cast<double>(i / (41 * 40));
+        if (plate.spline[0][i] > 0) plate.spline[0][i] = static_cast<float>(0.5 + 0.4 * z);
+    }
+    constexpr double kHalf = 0.21;  // of its thickness: faces are between nodes
+    const Eye eye = eyeAt({1.5, 0.3, 0.2}, 36, 40);
+    const DirectionMap directions(gl_);
+    BentRayOptions options;
+    options.branches = 0;
+    const auto pixels = seen({plate}, eye, around(directions), options);
+    const auto square = [](double z) { return 2 + 0.8 * z; };
+    const auto colour = [](const glm::dvec3& v) { return 0.5 * glm::normalize(v) + 0.5; };
+    double squares = 0, worst = 0;
+    int rays = 0;
+    for (int y = 0; y < eye.height; ++y)
+        for (int x = 0; x < eye.width; ++x) {
+            const glm::dvec3 d = eye.direction(x, y);
+            const double to = (eye.position.x - kHalf) / -d.x, z0 = eye.position.z + to * d.z;
+            const double inside = std::sqrt(square(z0) - d.y * d.y - d.z * d.z), s = 2 * kHalf / inside;
+            const double z1 = z0 + d.z * s + 0.2 * s * s, up = d.z + 0.4 * s;
+            const glm::dvec3 out(-std::sqrt(1 - d.y * d.y - up * up), d.y, up);
+            const double first = fresnel(-d.x, 1, std::sqrt(square(z0)));
+            const double second = fresnel(inside / std::sqrt(square(z1)), std::sqrt(square(z1)), 1);
+            const glm::dvec3 mirrored =
+                first * colour({-d.x, d.y, d.z}) + (1 - first) * second * colour({inside, d.y, up});
+            const float* pixel = &pixels[4 * std::size_t(y * eye.width + x)];
+            const glm::dvec3 got = (glm::dvec3(pixel[0], pixel[1], pixel[2]) - mirrored) / ((1 - first) * (1 - second));
+            const double angle =
+                std::acos(std::clamp(glm::dot(glm::normalize(2.0 * got - 1.0), out), -1.0, 1.0)) / kDegree;
+            squares += angle * angle, worst = std::max(worst, angle), ++rays;
+        }
+    const double rms = std::sqrt(squares / rays);
+    std::printf("plate whose index changes along it: %.4f degrees rms, %.3f at most\n", rms, worst);
+    EXPECT_LT(rms, 0.1);
+}
+
 TEST_F(BentRays, ThePapersStepsAreFirstOrder) {
     const double radius = 0.8;
     const Eye eye = eyeAt({2.0, 0.3, 0.2}, 36, 32);

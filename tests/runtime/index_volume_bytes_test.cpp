@@ -205,7 +205,10 @@ TEST(IndexVolumeBytes, ReadBackAsThePageSays) {
         EXPECT_GT(inside, 1000);
         // Even blocks, and how far what is like them reaches; what changes has none.
         EXPECT_GE(reader.reach(o, {0, 0, 0}), 2);
-        EXPECT_EQ(reader.reach(o, {3, 3, 3}), 0);
+        EXPECT_EQ(reader.reach(o, {6, 6, 6}), 0);
+        EXPECT_EQ(reader.reach(o, {4, 4, 4}), 1);  // the last of which all is even: nodes 7 to 11 count
+        EXPECT_EQ(reader.reach(o, {3, 4, 4}), 1);
+        EXPECT_EQ(reader.reach(o, {3, 3, 3}), 2);
     }
     EXPECT_EQ(reader.get<float>(reader.objectAt(1) + 96 + 12), 0.25F);  // alpha is the roughness' square
     EXPECT_EQ(reader.whole(0, 156), 2);                                 // they stand in one place

@@ -31,7 +31,7 @@ public:
         int objects = 0;
         std::array<int, 3> texels{0, 0, 0};  ///< of the atlas
         std::uint64_t bytes = 0;             ///< of GPU memory
-        double even = 0;                     ///< share of the blocks of 4^3 nodes that are passed over
+        double even = 0;                     ///< share of the blocks of 2^3 nodes that are passed over
     };
     /// @return Error{Usage} without objects, Error{Limit} when no texture holds them, Error{Memory}
     static Result<GpuIndexVolumes> upload(const GpuContext& context, const std::vector<IndexVolume>& objects);

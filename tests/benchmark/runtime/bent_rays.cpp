@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -66,11 +67,15 @@ double missDegrees(const std::vector<float>& pixels, const test::Eye& eye) {
     return std::sqrt(squares / rays);
 }
 
+/// What a pixel of a computed picture tells: its light, or how often the index was looked up for it.
+enum class Told { Light, Looks };
+
 /// The same eye's picture by a compute shader of a game's own.
 class ComputedRays {
 public:
-    ComputedRays(const GlFunctions& gl, const test::Eye& eye, const BentRayOptions& options, bool shapes = false)
-        : eye_(eye), picture_(gl, text(options, shapes), eye.width, eye.height) {}
+    ComputedRays(const GlFunctions& gl, const test::Eye& eye, const BentRayOptions& options, bool shapes = false,
+                 Told told = Told::Light)
+        : eye_(eye), picture_(gl, text(options, shapes, told), eye.width, eye.height) {}
     void draw(BentRayPass& pass, const GpuIndexVolumes& objects, const std::vector<PlacedObject>& placed,
               const Surroundings& around, const BentRayOptions& options) const {
         picture_.draw([&](const Uniforms& u) {
@@ -85,10 +90,13 @@ public:
     std::vector<float> pixels() const { return picture_.pixels(); }
 
 private:
-    static std::string text(const BentRayOptions& options, bool shapes) {
+    static std::string text(const BentRayOptions& options, bool shapes, Told told) {
         BentGlslOptions glsl;
         glsl.lookup = options.lookup, glsl.shapes = shapes;
-        return (options.integrator == BentIntegrator::Euler ? "#define PHOTIC_EULER 1\n" : "") + bentGlsl(glsl) + R"(
+        const std::string defines =
+            std::string(options.integrator == BentIntegrator::Euler ? "#define PHOTIC_EULER 1\n" : "") +
+            (told == Told::Looks ? "#define PHOTIC_BENT_COUNTS 1\n" : "");
+        return defines + bentGlsl(glsl) + R"(
 layout(binding = 3) uniform highp sampler2D photic_bent_environment;
 uniform mat4 photic_place_from_clip;
 vec3 photicEnvironment(vec3 d) {
@@ -102,7 +110,12 @@ bool photicNearby(vec3 from, vec3 direction, float limit, out vec3 radiance) {
 vec4 photicPixel(vec2 uv) {
     vec4 place = photic_place_from_clip * vec4(2.0 * uv - 1.0, 0.5, 1.0);
     bool touched;
-    return vec4(photicBentRadiance(vec3(0.0), normalize(place.xyz / place.w), vec3(1.0), 0, touched), 1.0);
+    vec4 light = vec4(photicBentRadiance(vec3(0.0), normalize(place.xyz / place.w), vec3(1.0), 0, touched), 1.0);
+#ifdef PHOTIC_BENT_COUNTS
+    return vec4(photic_bent_looks);
+#else
+    return light;
+#endif
 }
 )";
     }
@@ -152,6 +165,35 @@ double leastMilliseconds(const GlFunctions& gl, bool software, int repeats, cons
             std::min(least, once < 20 ? times(std::min(1000, static_cast<int>(20 / std::max(once, 1e-3)) + 1)) : once);
     }
     return least;
+}
+
+/// How often the index is looked up for a pixel that sees an object, on average.
+struct Looks {
+    std::array<double, 4> kinds{};  ///< where it bends nothing, where it does, along a ray for a face, at one
+    double all = 0;
+    double busiest = 0;  ///< the same if each pixel took as long as the busiest of its 8 x 4, as on a GPU
+};
+
+Looks looksOf(const std::vector<float>& pixels, int width, int height) {
+    Looks out;
+    int seen = 0;
+    for (int top = 0; top < height; top += 4)
+        for (int left = 0; left < width; left += 8) {
+            double most = 0;
+            for (int i = 0; i < 32; ++i) {
+                const int x = left + i % 8, y = top + i / 8;
+                if (x >= width || y >= height) continue;
+                const float* p = &pixels[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                              static_cast<std::size_t>(x))];
+                const double all = double(p[0]) + double(p[1]) + double(p[2]) + double(p[3]);
+                for (std::size_t k = 0; k < 4; ++k) out.kinds[k] += double(p[k]);
+                out.all += all, most = std::max(most, all), seen += all > 0 ? 1 : 0;
+            }
+            out.busiest += 32 * most;
+        }
+    for (double* v : {&out.kinds[0], &out.kinds[1], &out.kinds[2], &out.kinds[3], &out.all, &out.busiest})
+        *v /= std::max(seen, 1);
+    return out;
 }
 
 /// An eye that has all of some objects before it.
@@ -223,6 +265,11 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
     pictures.note =
         fmt::format("{} x {} pixels, all of the objects in view, faces and what they reflect included.", width, height);
     pictures.head = {"file", "objects", "MB", "look-ups", "ms a picture", "in a compute shader"};
+    benchmark::Table looks;
+    looks.title = "Look-ups of the index a pixel";
+    looks.note = "400 x 300 pixels, on average over those that see an object, by the spline.";
+    looks.head = {
+        "file", "nothing bends", "bent", "along, for a face", "at a face", "all", "the busiest of 8 x 4 pixels"};
     for (const std::string& file : files) {
         const std::vector<runtime::IndexVolume> objects = orThrow(loadIndexVolumes(file));
         GpuIndexVolumes uploaded = orThrow(GpuIndexVolumes::upload(context, objects));
@@ -250,8 +297,16 @@ int run(int width, int height, int repeats, const std::vector<std::string>& file
                                      lookup == kSpline ? "spline" : "gradients at nodes", fmt::format("{:.2f}", least),
                                      fmt::format("{:.2f}", by_compute)});
         }
+        from.width = 400, from.height = 300;
+        const ComputedRays counted(gl, from, {}, shapes, Told::Looks);
+        counted.draw(pass, uploaded, placed, around, {});
+        const Looks l = looksOf(counted.pixels(), from.width, from.height);
+        looks.rows.push_back({std::filesystem::path(file).stem().string(), fmt::format("{:.1f}", l.kinds[0]),
+                              fmt::format("{:.1f}", l.kinds[1]), fmt::format("{:.1f}", l.kinds[2]),
+                              fmt::format("{:.1f}", l.kinds[3]), fmt::format("{:.1f}", l.all),
+                              fmt::format("{:.1f}", l.busiest)});
     }
-    fmt::print("\n{}", markdown(pictures));
+    fmt::print("\n{}\n{}", markdown(pictures), markdown(looks));
     return 0;
 }
 
