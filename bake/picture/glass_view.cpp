@@ -16,7 +16,7 @@ namespace photic {
 namespace {
 
 // Rays that carry less than this are not seen.
-constexpr double kLeast = 0.01;
+constexpr double kLeast = 0.001;
 constexpr int kMostEvents = 12;
 
 Scene asEyesMeetIt(const Scene& scene) {

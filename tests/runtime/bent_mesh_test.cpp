@@ -189,11 +189,11 @@ TEST_F(BentRays, SamplesOfAMeshAreSeenAsTheMeshIs) {
                         rmse, mean, count);
             EXPECT_GT(count, 400);
             if (nodes == 0) {
-                // `picture` leaves out what carries less than 1 %; beside all of it the difference is a tenth of that.
+                // `picture` leaves out what carries less than 0.1 %.
                 const double of_all = std::sqrt(left / size);
                 if (reflects) std::printf("  beside what carries 1e-4 of the light: RMSE %.5f\n", of_all);
+                EXPECT_LT(rmse, 0.002);
                 EXPECT_LT(reflects ? of_all : rmse, 0.002);
-                EXPECT_LT(rmse, 0.02);
                 continue;
             }
             // What is reflected at grazing rays, where samples are ragged, goes down more slowly.
@@ -204,56 +204,85 @@ TEST_F(BentRays, SamplesOfAMeshAreSeenAsTheMeshIs) {
     }
 }
 
-// A glass of wine as `photic export` writes it, from the example's meshes: the wine reaches into the glass, and is what
-// is there.
-TEST_F(BentRays, AGlassOfWineIsSeenAsItsMeshesAre) {
-    Monitor monitor;
-    Scene scene = loadScene(PHOTIC_SOURCE_DIR "/examples/glass/wine_glass.toml", 0, monitor);
-    scene.objects.clear();
-    for (Medium& medium : scene.media) medium.absorption = glm::dvec3(0);
-    addWalls(scene);
-    const SharpScene sharp = sharpBodiesOf(scene, {0.01, {}}, monitor);
-    ASSERT_EQ(sharp.bodies.size(), 2U);
-    EXPECT_TRUE(sharp.others.empty() && sharp.notes.empty());
-    std::vector<IndexVolumeObject> objects;
-    for (const SharpBody& body : sharp.bodies) {
-        IndexVolumeObject& object = objects.emplace_back();
-        object.world_from_node = body.world_from_node, object.origin_world = body.origin_world;
-        photic::SharpShape& shape = object.shape.emplace();
-        shape.index = body.index, shape.rank = body.rank;
-        shape.positions = body.positions, shape.normals = body.normals, shape.triangles = body.triangles;
+/// The bodies of an example as `photic export` writes them, seen by the pass, beside their meshes' own rays.
+class BentRaysBesideMeshes : public BentRays {
+protected:
+    struct Difference {
+        double rmse = 0, mean = 0, rmse_of_all = 0;
+        int rays = 0, all_rays = 0;  ///< of which the first are those of which the bake drops less than 1 %
+    };
+    Difference differenceOf(const std::string& file, std::size_t bodies, const Eye& eye,
+                            const BentRayOptions& options = {}) {
+        Monitor monitor;
+        Scene scene = loadScene(PHOTIC_SOURCE_DIR "/examples/glass/" + file, 0, monitor);
+        scene.objects.clear();
+        for (Medium& medium : scene.media) medium.absorption = glm::dvec3(0);
+        addWalls(scene);
+        const SharpScene sharp = sharpBodiesOf(scene, {0.01, {}}, monitor);
+        EXPECT_EQ(sharp.bodies.size(), bodies);
+        EXPECT_TRUE(sharp.others.empty() && sharp.notes.empty());
+        std::vector<IndexVolumeObject> objects;
+        for (const SharpBody& body : sharp.bodies) {
+            IndexVolumeObject& object = objects.emplace_back();
+            object.world_from_node = body.world_from_node, object.origin_world = body.origin_world;
+            photic::SharpShape& shape = object.shape.emplace();
+            shape.index = body.index, shape.rank = body.rank;
+            shape.positions = body.positions, shape.normals = body.normals, shape.triangles = body.triangles;
+        }
+        const OpticalScene optics(scene, cubicFrame(kFar / 4, glm::ivec3(-6), glm::ivec3(5)));
+        const WholeTree tree{optics};
+        const EnvironmentMap walls(gl_, 2048, wallColour);
+        Surroundings around;
+        around.environment = walls.texture;
+        const auto pixels = seen(objects, eye, around, options);
+        Difference out;
+        double squares = 0, size = 0, off = 0, all = 0, squares_of_all = 0, size_of_all = 0;
+        for (int i = 0; i < eye.width * eye.height; ++i) {
+            const float* p = &pixels[4 * static_cast<std::size_t>(i)];
+            if (p[0] < 0) continue;
+            tree.carried = 0;
+            const glm::dvec3 wanted = tree.seen(eye.position, eye.direction(i % eye.width, i / eye.width), {}, 1);
+            const glm::dvec3 d = glm::dvec3(p[0], p[1], p[2]) - wanted;
+            // Bakes drop light that an interpolated normal sends through the face that reflects it; the pass takes that
+            // face's own normal.
+            squares_of_all += glm::dot(d, d), size_of_all += glm::dot(wanted, wanted), ++out.all_rays;
+            if (tree.carried < 0.99) continue;
+            squares += glm::dot(d, d), size += glm::dot(wanted, wanted);
+            off += std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z), all += wanted.x + wanted.y + wanted.z;
+            ++out.rays;
+        }
+        out.rmse = std::sqrt(squares / size), out.mean = off / all;
+        out.rmse_of_all = std::sqrt(squares_of_all / size_of_all);
+        std::printf("%s: RMSE %.4f, mean difference %.4f, %d rays; %.4f with all %d\n", file.c_str(), out.rmse,
+                    out.mean, out.rays, out.rmse_of_all, out.all_rays);
+        return out;
     }
+};
+
+// The wine reaches into the glass, and is what is there.
+TEST_F(BentRaysBesideMeshes, SeeAGlassOfWine) {
     Eye eye;
     eye.position = {-0.22, -0.42, 0.26}, eye.target = {0, 0, 0.1};
     eye.vertical_degrees = 24, eye.width = eye.height = 40;
-    const OpticalScene optics(scene, cubicFrame(kFar / 4, glm::ivec3(-6), glm::ivec3(5)));
-    const WholeTree tree{optics};
-    const EnvironmentMap walls(gl_, 2048, wallColour);
-    Surroundings around;
-    around.environment = walls.texture;
-    const auto pixels = seen(objects, eye, around);
-    double squares = 0, size = 0, off = 0, all = 0, squares_of_all = 0, size_of_all = 0;
-    int count = 0, rays = 0;
-    for (int i = 0; i < eye.width * eye.height; ++i) {
-        const float* p = &pixels[4 * static_cast<std::size_t>(i)];
-        if (p[0] < 0) continue;
-        tree.carried = 0;
-        const glm::dvec3 wanted = tree.seen(eye.position, eye.direction(i % eye.width, i / eye.width), {}, 1);
-        const glm::dvec3 d = glm::dvec3(p[0], p[1], p[2]) - wanted;
-        // Bakes drop light that an interpolated normal sends through the face that reflects it; the pass takes that
-        // face's own normal.
-        squares_of_all += glm::dot(d, d), size_of_all += glm::dot(wanted, wanted), ++rays;
-        if (tree.carried < 0.99) continue;
-        squares += glm::dot(d, d), size += glm::dot(wanted, wanted);
-        off += std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z), all += wanted.x + wanted.y + wanted.z;
-        ++count;
-    }
-    std::printf("glass of wine: RMSE %.4f, mean difference %.4f, %d rays; %.4f with all %d\n",
-                std::sqrt(squares / size), off / all, count, std::sqrt(squares_of_all / size_of_all), rays);
-    EXPECT_LT(std::sqrt(squares_of_all / size_of_all), 0.05);
-    EXPECT_GT(count, 200);
-    EXPECT_LT(std::sqrt(squares / size), 0.01);
-    EXPECT_LT(off / all, 0.005);
+    const Difference d = differenceOf("wine_glass.toml", 2, eye);
+    EXPECT_LT(d.rmse_of_all, 0.05);
+    EXPECT_GT(d.rays, 200);
+    EXPECT_LT(d.rmse, 0.01);
+    EXPECT_LT(d.mean, 0.005);
+}
+
+// The lower corner of a fish tank, between whose faces light goes to and fro: a ladder of bright and dark. The pass
+// follows four branches at a time and no more, which is what is left: 4.2 % in the mean without any, 3.5 % with three.
+TEST_F(BentRaysBesideMeshes, SeeTheLadderInAFishTanksCorner) {
+    Eye eye;
+    eye.position = {-0.75, -2.2, 0.95}, eye.target = {0.22, -0.1, 0.25};
+    eye.vertical_degrees = 6, eye.width = eye.height = 40;
+    BentRayOptions options;
+    options.faintest = 1e-3F;
+    const Difference d = differenceOf("aquarium.toml", 3, eye, options);
+    EXPECT_GT(d.rays, 1000);
+    EXPECT_LT(d.rmse, 0.03);
+    EXPECT_LT(d.mean, 0.015);
 }
 
 }  // namespace
