@@ -89,7 +89,8 @@ void bindSurroundings(CLI::App& app, Options& o, Given& g) {
                          ->check(CLI::Range(0.0, 1e3));
     g.g_option = app.add_option("--shafts-g", g.anisotropy, "Its Henyey-Greenstein g")->check(CLI::Range(-0.99, 0.99));
     app.add_option("--ball", g.ball, "Receiver to drag: centre and radius [m], for instance 0,0,-0.5,0.2");
-    app.add_option("--environment", o.environment, "Around objects: a panorama (.exr) instead of a studio");
+    app.add_option("--environment", o.environment,
+                   "Around objects: a panorama (.exr; #### is the frame) instead of a studio");
     app.add_option("--turn", o.turn_deg, "Of the environment about z [degrees]")->check(CLI::Range(-360.0, 360.0));
     app.add_option("--exposure", o.exposure, "Brightness")->check(CLI::Range(1e-3, 1e3));
     g.ambient_option =

@@ -105,7 +105,7 @@ public:
         return Done{};
     }
 
-    Status setObjects(const std::vector<runtime::IndexVolume>& objects, const Environment& environment) override {
+    Status setObjects(const std::vector<runtime::IndexVolume>& objects) override {
         objects_.reset();
         if (objects.empty()) return Done{};
         if (!bent_) {
@@ -116,6 +116,9 @@ public:
         auto uploaded = runtime::GpuIndexVolumes::upload(context_, objects);
         if (!uploaded) return uploaded.error();
         objects_.emplace(std::move(uploaded).value());
+        return Done{};
+    }
+    void setEnvironment(const Environment& environment) override {
         if (!environment_texture_) glGenTextures(1, &environment_texture_);
         glBindTexture(GL_TEXTURE_2D, environment_texture_);
         glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
@@ -127,8 +130,8 @@ public:
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
         environment_harmonics_ =
             runtime::environmentHarmonics(environment.pixels.data(), environment.width, environment.height);
-        environment_irradiance_ = static_cast<float>(environment.irradiance());
-        return Done{};
+        // Of the first one: what is played does not flicker, and is brighter where it is.
+        if (environment_irradiance_ == 0) environment_irradiance_ = static_cast<float>(environment.irradiance());
     }
     bool hasObjects() const override { return objects_.has_value(); }
 

@@ -63,9 +63,10 @@ public:
     virtual runtime::Result<bool> bringVolume() = 0;
     /// Another sun over the stage's water, for what is not baked.
     virtual runtime::Status setLight(const runtime::WaterLight& light) = 0;
-    /// Objects that are seen through, and what is around them: at most 16.
-    virtual runtime::Status setObjects(const std::vector<runtime::IndexVolume>& objects,
-                                       const Environment& environment) = 0;
+    /// Objects that are seen through: at most 16.
+    virtual runtime::Status setObjects(const std::vector<runtime::IndexVolume>& objects) = 0;
+    /// What is around them.
+    virtual void setEnvironment(const Environment& environment) = 0;
     virtual bool hasObjects() const = 0;
     /// Draws into the framebuffer's lower left corner.
     virtual runtime::Status draw(const Picture& picture, unsigned framebuffer, int width, int height) = 0;

@@ -91,10 +91,11 @@ Show::Show(const Options& options, Renderer& renderer) : options_(options), rend
         if (!loaded) throw Error(ErrorCode::Input, loaded.error().message, path);
         objects.insert(objects.end(), loaded->begin(), loaded->end());
     }
-    if (!objects.empty())
-        require(
-            renderer.setObjects(objects, options.environment.empty() ? studio() : loadEnvironment(options.environment)),
-            "objects");
+    if (!objects.empty()) {
+        require(renderer.setObjects(objects), "objects");
+        renderer.setEnvironment(options.environment.empty() ? studio()
+                                                            : loadEnvironment(frameOf(options.environment, frame_)));
+    }
     firstPicture();
 }
 
@@ -123,6 +124,8 @@ void Show::setFrame(int frame) {
     if (first && !volumes.empty()) level_ = lightLevel(volumes.front());
     stage_.level = level_;
     require(renderer_.setStage(stage_), "stage");
+    if (renderer_.hasObjects() && options_.environment.find("####") != std::string::npos)
+        renderer_.setEnvironment(loadEnvironment(frameOf(options_.environment, frame)));
     frame_ = frame;
 }
 

@@ -40,9 +40,8 @@ public:
         suns.emplace_back(light.direction[0], light.direction[1], light.direction[2]);
         return runtime::Done{};
     }
-    runtime::Status setObjects(const std::vector<runtime::IndexVolume>&, const Environment&) override {
-        return runtime::Done{};
-    }
+    runtime::Status setObjects(const std::vector<runtime::IndexVolume>&) override { return runtime::Done{}; }
+    void setEnvironment(const Environment&) override {}
     bool hasObjects() const override { return false; }
     runtime::Status draw(const viewer::Picture&, unsigned, int, int) override { return runtime::Done{}; }
     bool has(Source source) const override {

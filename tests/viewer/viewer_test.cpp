@@ -16,6 +16,7 @@
 #include <cmath>
 #include <memory>
 
+#include "bake/image/image.h"
 #include "tests/cli/program.h"
 
 namespace photic::test {
@@ -239,11 +240,28 @@ plane = { point = [0, 0, -0.9], normal = [0, 0, 1] }
     EXPECT_GT(lens.values[middle], 1.5 * lens.values[middle + 1]) << "red glass";
     EXPECT_GT(lens.values[middle], 0.05);
     EXPECT_NE(lens.values, turned.values) << "the environment turns";
+    // Panoramas of a sequence: behind the lens is what its frame has.
+    for (const int frame : {1, 2}) {
+        Image sky{32, 16, 3, {}};
+        for (int i = 0; i < 32 * 16; ++i)
+            for (const float v : {0.1F, frame == 1 ? 1.0F : 0.1F, frame == 1 ? 0.1F : 1.0F}) sky.pixels.push_back(v);
+        writeExr((place_->path() / ("sky.000" + std::to_string(frame) + ".exr")).string(), sky);
+    }
+    const auto under = [&](const char* frame) {
+        return shot(with(scene, {"lens.ivol", "--environment", "sky.####.exr", "--frames", frame}));
+    };
+    const Picture green = under("1"), blue = under("2-3");
+    EXPECT_GT(green.values[middle + 1], 2 * green.values[middle + 2]);
+    EXPECT_GT(blue.values[middle + 2], 2 * blue.values[middle + 1]);
     const auto refused = [&](const std::string& file) {
         return photic(*place_, {"view", file, "no.ivol", "--right", "none", "--screenshot", "shot.png"}).code;
     };
     EXPECT_EQ(refused("lens.ivol"), 2) << "neither a scene nor a volume";
     EXPECT_EQ(refused("lens.toml"), 3) << "no such file";
+    const Outcome missing = photic(*place_, {"view", "lens.toml", "lens.ivol", "--right", "none", "--environment",
+                                             "sky.####.exr", "--frames", "7", "--screenshot", "shot.png"});
+    EXPECT_EQ(missing.code, 3);
+    EXPECT_NE(missing.err.find("sky.0007.exr"), std::string::npos) << missing.err;
 }
 
 /// Where programs put temporary files, for a while.
