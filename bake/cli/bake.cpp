@@ -29,6 +29,7 @@
 #include "bake/methods/catalogue.h"
 #include "bake/methods/kept_shapes.h"
 #include "bake/report/error.h"
+#include "bake/report/error_text.h"
 #include "bake/scene/kept_meshes.h"
 #include "bake/scene/load_toml.h"
 #include "bake/scene/plausibility.h"
@@ -267,8 +268,7 @@ public:
     void add(int frame, const Error& error, Terminal& terminal) {
         frames_.push_back(std::to_string(frame));
         terminal.takeWarnings();  // of this frame, and not of the next
-        terminal.warn(fmt::format("frame {} failed: {}{}", frame, error.where().empty() ? "" : error.where() + ": ",
-                                  error.what()));
+        terminal.warn(fmt::format("frame {} failed: {}", frame, errorText(error)));
         terminal.takeWarnings();
     }
     /// @throws Error{Input} when there are any

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "bake/cli/stop.h"
+#include "bake/report/error_text.h"
 #include "bake/report/printable.h"
 
 namespace photic::cli {
@@ -171,8 +172,7 @@ void Terminal::writeError(const Error& error) {
                                           {"message", error.what()}};
         write(line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     } else {
-        const std::string place = error.where().empty() ? "" : error.where() + ": ";
-        write(label("photic: error: ", "\033[1;31m") + printable(place + error.what()));
+        write(label("photic: error: ", "\033[1;31m") + printable(errorText(error)));
     }
 }
 

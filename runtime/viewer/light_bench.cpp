@@ -9,6 +9,8 @@
 #include <sstream>
 #include <thread>
 
+#include "bake/report/error_text.h"
+
 namespace photic::viewer {
 namespace {
 
@@ -181,10 +183,8 @@ std::string LightBench::words() const {
         }
         case Rebake::Phase::Loading:
             return "loading the bake";
-        case Rebake::Phase::Failed: {
-            const Error& why = rebake_.failure();
-            return why.where().empty() ? why.what() : why.where() + ": " + why.what();
-        }
+        case Rebake::Phase::Failed:
+            return errorText(rebake_.failure());
         case Rebake::Phase::Idle:
             break;
     }

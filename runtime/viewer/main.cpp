@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <exception>
 
-#include "bake/report/error.h"
+#include "bake/report/error_text.h"
 #include "runtime/viewer/show.h"
 
 int main(int argc, char** argv) {
@@ -14,8 +14,7 @@ int main(int argc, char** argv) {
         options->screenshot.empty() ? photic::viewer::openWindow(*options) : photic::viewer::takeScreenshot(*options);
         return 0;
     } catch (const photic::Error& error) {
-        std::fprintf(stderr, "photic view: %s%s%s\n", error.where().c_str(), error.where().empty() ? "" : ": ",
-                     error.what());
+        std::fprintf(stderr, "photic view: %s\n", photic::errorText(error).c_str());
         return static_cast<int>(error.code());
     } catch (const std::exception& error) {
         std::fprintf(stderr, "photic view: %s\n", error.what());
