@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bake/baker/game_budget.h"
+#include "bake/file/compressed_light.h"
 #include "tests/benchmark/runtime/rows.h"
 #include "tests/runtime/baked_scene.h"
 #include "tests/support/gl_context.h"
@@ -24,6 +25,16 @@ runtime::Volume twoLevels(const LightVolume& pool, const runtime::Volume& whole)
     ExportPlan plan;
     plan.two_levels_in = static_cast<std::int64_t>(whole.bytes()) * 3 / 4;
     return test::asGameVolume(planned(pool, plan, nullptr, monitor), NvdbPrecision::Half);
+}
+
+/// The pool in blocks that GPUs decode by themselves.
+runtime::Volume inBlocks(const LightVolume& pool) {
+    Monitor monitor;
+    ExportPlan plan;
+    plan.texels = GameTexels::Bc6h;
+    LightVolume blocks = planned(pool, plan, nullptr, monitor);
+    compressLight(blocks, monitor);
+    return test::asGameVolume(blocks, NvdbPrecision::Half);
 }
 
 /// @param only  a section's name; empty: all
@@ -48,7 +59,8 @@ int run(const RuntimeEffort& effort, const std::string& only) {
     test::DrawnView square(context->gl(), eye, walls);
     runtime::Volume volume = test::asGameVolume(pool.volume, NvdbPrecision::Half);
     runtime::Volume two_levels = twoLevels(pool.volume, volume);
-    const RuntimeStage stage{*context, effort, std::move(volume), std::move(two_levels), view, square};
+    const RuntimeStage stage{*context, effort, std::move(volume), std::move(two_levels), inBlocks(pool.volume),
+                             view,     square};
 
     fmt::print("{} (OpenGL {}.{})\n\n", context->renderer(), context->gl().major, context->gl().minor);
     const auto wanted = [&](const char* section) { return only.empty() || only == section; };

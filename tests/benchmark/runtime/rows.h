@@ -25,6 +25,7 @@ struct RuntimeStage {
     const RuntimeEffort& effort;
     runtime::Volume volume;
     runtime::Volume two_levels;  ///< the same light in three quarters of the memory
+    runtime::Volume blocks;      ///< the same as BC6H
     test::DrawnView& view;       ///< of the pool's floor and wall, from above the water
     test::DrawnView& square;     ///< the same in fewer pixels, as wide as high
 };

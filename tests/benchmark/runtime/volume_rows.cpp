@@ -209,6 +209,14 @@ void addVolumePasses(const RuntimeStage& stage, Table& passes) {
         [&] { check(receivers.draw(stage.view.surfaces, stage.view.target, {{&two_levels}})); });
     row("media, 32 steps, two levels",
         [&] { check(media.draw(stage.view.surfaces, stage.view.target, {{&two_levels}}, water)); });
+    UploadOptions whichever;
+    whichever.budget = std::uint64_t{4} << 30;
+    GpuVolume blocks = orThrow(GpuVolume::upload(stage.context, stage.blocks, whichever));
+    const char* kind = blocks.info().bc6h ? "BC6H" : "BC6H as halves, which this GPU reads";
+    row(fmt::format("receivers, {} ({:.1f} MB)", kind, static_cast<double>(blocks.info().bytes) / 1e6),
+        [&] { check(receivers.draw(stage.view.surfaces, stage.view.target, {{&blocks}})); });
+    row(fmt::format("media, 32 steps, {}", kind),
+        [&] { check(media.draw(stage.view.surfaces, stage.view.target, {{&blocks}}, water)); });
 }
 
 Table uploads(const RuntimeStage& stage) {
