@@ -52,6 +52,50 @@ FrontSpace frontSpace(const FrontBox& target, const GridFrame& frame) {
     return space;
 }
 
+namespace {
+
+double voxelsOf(const FrontBox& box) {
+    const glm::dvec3 size = glm::max(box.max - box.min, glm::dvec3(1));
+    return size.x * size.y * size.z;
+}
+
+/// Fronts go through all of the box around the domain and what bends light, and so do the samples of the index: 4 bytes
+/// a voxel.
+/// @throws Error{Input} where that is much, and next to empty
+void requireFilled(const Scene& scene, const GradedMedia& media, const GridFrame& frame, const FrontSpace& space) {
+    constexpr double kMost = 268435456;  // 2^28 voxels: 1 GB
+    constexpr double kMostTimes = 8;     // as many as are filled
+    const double all = voxelsOf({glm::dvec3(space.low) - 0.5, glm::dvec3(space.high) + 0.5});
+    if (!(all > kMost)) return;
+    const FrontBox grid{glm::dvec3(frame.min) - 0.5, glm::dvec3(frame.max) + 0.5};
+    double filled = voxelsOf(grid), farthest = 0;
+    std::string what = "the domain", where = scene.file;
+    const auto add = [&](const FrontBox& box, const std::string& name, const std::string& place) {
+        filled += voxelsOf(box);
+        const glm::dvec3 gap = glm::max(glm::max(box.min - grid.max, grid.min - box.max), glm::dvec3(0));
+        const double distance = glm::length(glm::dmat3(frame.worldFromIndex()) * gap);
+        if (distance > farthest) farthest = distance, what = "'" + name + "'", where = place;
+    };
+    for (const GradedObject& object : media.objects)
+        add(mediaBox(GradedMedia(std::vector<GradedObject>{object}), frame), object.name, object.where);
+    for (const Surface& surface : scene.surfaces) {
+        if (!surface.mesh) continue;
+        FrontBox box;
+        for (const glm::dvec3& v : surface.mesh->positions) box.add(frame.indexFromWorld(v));
+        add(box, surface.name, surface.where);
+    }
+    if (!(all > kMostTimes * filled)) return;
+    throw Error(
+        ErrorCode::Input,
+        fmt::format("{} lies {:.3g} m beside the domain, and light is followed through all of the {:.3g} voxels "
+                    "around both, of which they fill {:.2g} %; the limit where they fill less than an eighth is "
+                    "2^28: move it closer, leave it out, or use a voxel_size of {:.2g} m",
+                    what, farthest, all, 100 * filled / all, std::cbrt(all / kMost) * frame.worldFromIndex()[0][0]),
+        where);
+}
+
+}  // namespace
+
 std::string gradedSpaceRefusal(const Scene& scene) {
     if (scene.lights.empty()) return "the scene has no [[light]]";
     if (scene.domain.shear_mode != ShearMode::None)
@@ -71,6 +115,7 @@ GradedSpace::GradedSpace(const Scene& scene, const GridFrame& frame, const Sampl
     if (all_light_ || fills) target_.add(glm::dvec3(frame.min) - 0.5), target_.add(glm::dvec3(frame.max) + 0.5);
     addLampsNear(scene);
     box_ = frontSpace(target_, frame);
+    requireFilled(scene, media(), frame, box_);
     if (fills) widen(scene, sampling.disc_samples);
     for (Part& part : parts_) {
         FrontSpace& space = part.space;

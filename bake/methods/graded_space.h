@@ -61,7 +61,7 @@ public:
         FrontIntegrator integrator = FrontIntegrator::Planes;  ///< of it
         double rim = 0;  ///< share of the largest difference of n^2 that counts as being in a medium; 0: by the fit
     };
-    /// @throws Error{Input} for more than 255 media
+    /// @throws Error{Input} for more than 255 media, and for more than 2^28 voxels that are next to empty
     GradedSpace(const Scene& scene, const GridFrame& frame, const Sampling& sampling);
 
     /// In air.

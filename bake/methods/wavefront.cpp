@@ -156,6 +156,7 @@ public:
                 fmt::format("{:.2g} of the light turned too sharply to be followed and is counted as dropped; more "
                             "'turns', smaller 'spacing' or smaller voxels follow more of it",
                             dropped));
+        if (std::string coarse = coarseTubes(); !coarse.empty()) out.skipped.push_back(std::move(coarse));
         // A face of glass is spread over two voxels.
         constexpr double kSteep = 0.5;
         if (medium_.jump() > kSteep)
@@ -209,9 +210,27 @@ private:
         SweepTotals nobodys;
         nobodys.work = totals_.work;
         FrontSweep probe(launch.space, field, voxelise_, nobodys, monitor);
-        Front out = FrontRefiner(launch, sample, probe, scene_.bake.tolerance).refine(std::move(front));
+        FrontRefiner refiner(launch, sample, probe, scene_.bake.tolerance);
+        Front out = refiner.refine(std::move(front));
         totals_.trace_seconds += nobodys.trace_seconds;
+        coarse_.power += refiner.coarse().power / medium_.passes();
+        coarse_.by = std::max(coarse_.by, refiner.coarse().by);
+        coarse_.too_many = coarse_.too_many || refiner.coarse().too_many;
         return out;
+    }
+
+    /// What is said of tubes that could not be halved as often as they should be; empty where that is next to none.
+    std::string coarseTubes() const {
+        constexpr double kLeast = 1e-3;
+        const double share = coarse_.power / totals_.power.emitted;
+        if (!(share > kLeast)) return {};
+        return fmt::format(
+            "halving of all tubes that bend: {:.2g} of the light goes in tubes that bend by more than 'tolerance', by "
+            "up "
+            "to {:.2g} voxels, since {}; a smaller 'spacing' makes them narrower",
+            share, coarse_.by,
+            coarse_.too_many ? "there are four times as many as were launched at most"
+                             : "each is halved three times at most");
     }
 
     /// Leaves out the tubes that most rays say are in the shadow of an object.
@@ -275,6 +294,7 @@ private:
     Monitor& monitor_;
     VoxeliseOptions voxelise_;
     SweepTotals totals_;
+    FrontCoarse coarse_;
     double index_seconds_ = 0;
     std::optional<FrontObstacles> obstacles_;
     std::optional<StrongestArrival> strongest_;  // of a pass

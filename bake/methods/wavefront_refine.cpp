@@ -22,7 +22,8 @@ namespace {
 /// Less than that in n^2 turns no ray by 60 degrees but on a way that is many times as long as wide.
 constexpr double kGentleContrast = 0.15;
 constexpr int kHalvings = 3;
-constexpr std::size_t kMostTimes = 4;  // as many tubes as were launched
+constexpr std::size_t kMostTimes = 4;          // as many tubes as were launched
+constexpr std::size_t kMostTubes = 134217728;  // 2^27, as a front of the most rays has
 
 /// An edge of a tube, by its rays.
 std::uint64_t edgeOf(std::uint32_t a, std::uint32_t b) {
@@ -140,7 +141,7 @@ Known halveOnce(const LaunchPlane& plane, std::vector<Front::Ray>& rays, const K
 
 Front FrontRefiner::halveEdges(const LaunchPlane& plane, const Front& front, const FrontBends* bends, double tolerance,
                                const std::vector<std::uint32_t>& whole, std::size_t most,
-                               std::vector<std::uint32_t>& from) {
+                               std::vector<std::uint32_t>& from, FrontCoarse* coarse) {
     Known known{front.tubes, std::vector<Edges>(front.tubes.size()), std::vector<std::uint32_t>(front.tubes.size())};
     std::unordered_set<std::uint64_t> marked;
     for (const std::uint32_t tube : whole)
@@ -157,9 +158,14 @@ Front FrontRefiner::halveEdges(const LaunchPlane& plane, const Front& front, con
     }
     Front out;
     out.axis = front.axis, out.sense = front.sense, out.inside = front.inside, out.rays = front.rays;
-    for (int halving = 0; halving < kHalvings; ++halving) {
+    const double asked = tolerance;
+    const auto wrongOfAll = [&] {
         std::vector<std::array<double, 3>> wrong(known.tubes.size());
         for (std::size_t t = 0; t < wrong.size(); ++t) wrong[t] = wrongBy(plane, out, known.tubes[t], known.edges[t]);
+        return wrong;
+    };
+    for (int halving = 0; halving < kHalvings; ++halving) {
+        std::vector<std::array<double, 3>> wrong = wrongOfAll();
         tolerance = tolerated(wrong, tolerance, most);
         for (std::size_t t = 0; t < wrong.size() && halving == 0 && !marked.empty(); ++t)
             for (std::size_t c = 0; c < 3; ++c)
@@ -170,6 +176,14 @@ Front FrontRefiner::halveEdges(const LaunchPlane& plane, const Front& front, con
         });
         if (!any) break;
         known = halveOnce(plane, out.rays, known, wrong, tolerance);
+    }
+    if (coarse) {
+        coarse->too_many = coarse->too_many || tolerance > asked;
+        const std::vector<std::array<double, 3>> wrong = wrongOfAll();
+        for (std::size_t t = 0; t < wrong.size(); ++t) {
+            const double by = *std::max_element(wrong[t].begin(), wrong[t].end());
+            if (by > asked) coarse->power += channelMean(known.tubes[t].power), coarse->by = std::max(coarse->by, by);
+        }
     }
     out.tubes = std::move(known.tubes), from = std::move(known.from);
     return out;
@@ -199,14 +213,15 @@ Front pick(const Front& front, const std::vector<char>& which, char as) {
 
 }  // namespace
 
-Front FrontRefiner::refine(Front front) const {
+Front FrontRefiner::refine(Front front) {
     const FrontSpace& space = launch_.space;
     std::optional<LampSide> side;
     if (standsAmong(launch_, sample_)) side.emplace(front.axis, front.sense);
     const LaunchPlane plane(launch_, sample_, side);
     // Tubes that halving what would be lost may add, and all that halving what bends may make.
     std::size_t room = (space.beyond ? 15 : 2) * front.tubes.size();
-    const std::size_t most = kMostTimes * front.tubes.size();
+    const std::size_t most = std::min(kMostTimes * front.tubes.size(), std::max(kMostTubes, front.tubes.size()));
+    coarse_ = {};
     // Those that carry most, where there is no room for all.
     const auto keepSome = [&room](const Front& of, std::vector<std::uint32_t>& tubes) {
         const std::size_t many = std::min(tubes.size(), room / 3);
@@ -229,7 +244,7 @@ Front FrontRefiner::refine(Front front) const {
     }
     std::vector<char> again(front.tubes.size(), 0);
     for (const std::uint32_t tube : lost) again[tube] = 1;
-    Front parts = halveEdges(plane, front, &bends, tolerance_, lost, most, from);
+    Front parts = halveEdges(plane, front, &bends, tolerance_, lost, most, from, &coarse_);
     std::vector<char> which;
     const auto partsOf = [&] {
         which.clear();

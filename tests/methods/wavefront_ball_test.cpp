@@ -103,9 +103,7 @@ Bake smoothed(double voxel, int width, double rim = 0) {
     object.index = {
         makeSampledIndex(std::make_shared<IndexVolume>(std::move(samples), 1.0), glm::dvec3(0), glm::dmat3(1))};
     scene.index = std::make_shared<IndexVolume>(std::vector<GradedObject>{object});
-    GivenOptions options = with("spacing", 0.5);
-    if (rim > 0) options.merge(with("rim", rim));
-    return bake(scene, options);
+    return bake(scene, rim > 0 ? with("rim", rim) : GivenOptions{});
 }
 
 const auto kAll = [](double) { return 1.0; };
@@ -114,8 +112,7 @@ TEST(Wavefront, ASmoothedBallGoesToTheSharpOne) {
     const auto error = [](double voxel, int width) {
         const Bake b = smoothed(voxel, width);
         const double off = apart(withinCircles(b), snell(b, kAll));
-        ::testing::Test::RecordProperty(fmt::format("error_{}_{}", std::lround(voxel * 1e5), width),
-                                        std::to_string(off));
+        fmt::print("  voxels of {} m, a deviation of {}: {:.2f} % off\n", voxel, width, 100 * off);
         return off;
     };
     const double wide = error(0.0125, 4), middle = error(0.0125, 2), narrow = error(0.0125, 1);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/methods/graded_space.h"
 #include "bake/methods/wavefront.h"
 #include "bake/report/error.h"
 #include "bake/threads/parallel_for.h"
@@ -175,6 +176,27 @@ TEST(Wavefront, RefusesByNameWhatItCannotBake) {
         }
     }
     EXPECT_EQ(chooseMethod("auto", scene).name, "wavefront");
+}
+
+TEST(Wavefront, SaysWhatLiesSoFarAwayThatTheSpaceBetweenIsNextToAllThereIs) {
+    const auto refusal = [](const std::string& center) {
+        const Scene scene = sceneOf(
+            "min = [-0.5, -0.5, -0.5]\nmax = [0.5, 0.5, 0.5]\nvoxel_size = 0.05", kDown,
+            medium("{ kind = \"luneburg\", radius = 0.4 }") +
+                "[[medium]]\nname = \"far\"\nindex = { kind = \"luneburg\", center = " + center + ", radius = 0.4 }\n");
+        try {
+            const GradedSpace space(scene, sceneFrame(scene), {});
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::Input);
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    // 840 x 840 x 20 voxels; and 840 x 840 x 840, of which all but a thousandth of a per cent is air.
+    EXPECT_EQ(refusal("[40, 40, 0]"), "");
+    const std::string far = refusal("[40, 40, 40]");
+    for (const char* word : {"'far' lies 67.", "m beside the domain", "voxel_size of 0.06", "leave it out"})
+        EXPECT_NE(far.find(word), std::string::npos) << word << ": " << far;
 }
 
 }  // namespace

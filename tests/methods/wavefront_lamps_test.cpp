@@ -162,14 +162,23 @@ TEST(WavefrontLamps, ShineAsPhotonsDo) {
 }
 
 TEST(WavefrontLamps, GlassAroundALampTakesWhatItsFacesReflect) {
-    // At the centre of a ball all rays meet the face straight on; what is reflected comes back through the lamp.
-    const Bake b = bake(sceneOf(kBox, point("[0, 0, 0.001]"),
-                                medium("{ kind = \"luneburg\", center = [0.46, 0.46, 0.46], radius = 0.04 }") +
-                                    "[[medium]]\nname = \"glass\"\nior = 1.5\n" + ball("glass", "[0, 0, 0]", 0.2) +
-                                    "event = \"refract\"\n" + kAll));
-    expectClosed(b, "glass");
-    const double passes = 1 - std::pow(0.5 / 2.5, 2);
-    EXPECT_LT(awayFromInverseSquare(b, {0, 0, 0}, passes / (4 * std::numbers::pi), 0.25, 0.4), 0.02);
+    // At the very centre of a ball all rays meet the face straight on; what is reflected comes back through the lamp.
+    const double reflected = std::pow(0.5 / 2.5, 2), bare = 1 / (4 * std::numbers::pi);
+    const glm::dvec3 centre(0.02, -0.01, 0.03);
+    const auto sceneWith = [&](const std::string& event) {
+        return sceneOf(kBox, point("[0.02, -0.01, 0.03]"),
+                       medium("{ kind = \"luneburg\", center = [0.46, 0.46, 0.46], radius = 0.04 }") +
+                           "[[medium]]\nname = \"glass\"\nior = 1.5\n" + ball("glass", "[0.02, -0.01, 0.03]", 0.2) +
+                           event + kAll);
+    };
+    const Bake passed = bake(sceneWith("event = \"refract\"\n"));
+    expectClosed(passed, "glass");
+    EXPECT_LT(awayFromInverseSquare(passed, centre, (1 - reflected) * bare, 0.25, 0.4), 0.02);
+    // What goes to and fro within: all of it comes out at last.
+    const Bake both = bake(sceneWith("event = \"both\"\n"));
+    expectClosed(both, "glass with its reflections");
+    EXPECT_LT(awayFromInverseSquare(both, centre, bare, 0.25, 0.4), 0.02);
+    EXPECT_LT(awayFromInverseSquare(both, centre, (1 + reflected) / (1 - reflected) * bare, 0.1, 0.17), 0.02);
 }
 
 // Along a face, on it, in it, on a surface, on an edge of the grid: nothing is lost, whatever it is.

@@ -101,13 +101,37 @@ TEST(WavefrontRefine, WhereTubesWouldBeTooManyWhatBendsMostIsHalved) {
     const FrontBends bends = someBends(of.front);
     std::vector<std::uint32_t> from;
     const std::size_t most = 5 * of.front.tubes.size() / 4;
-    const Front out = FrontRefiner::halveEdges(plane, of.front, &bends, 0.25, {}, most, from);
+    FrontCoarse coarse;
+    const Front out = FrontRefiner::halveEdges(plane, of.front, &bends, 0.25, {}, most, from, &coarse);
     EXPECT_LE(out.tubes.size(), most);
     EXPECT_GT(out.tubes.size(), of.front.tubes.size());
+    // It says what is left as it was.
+    EXPECT_TRUE(coarse.too_many);
+    EXPECT_GT(coarse.power, 0);
+    EXPECT_GT(coarse.by, 0.25);
+    FrontCoarse none_left;
+    FrontRefiner::halveEdges(plane, of.front, &bends, 2, {}, ~std::size_t{0}, from, &none_left);
+    EXPECT_FALSE(none_left.too_many);
+    EXPECT_EQ(none_left.power, 0);
     // Without bends nothing is halved.
     const FrontBends none(of.front.cells);
     EXPECT_EQ(FrontRefiner::halveEdges(plane, of.front, &none, 0.25, {}, most, from).tubes.size(),
               of.front.tubes.size());
+}
+
+TEST(WavefrontRefine, ABakeSaysWhatIsCoarserThanItWasAskedFor) {
+    const auto said = [](const Scene& scene) {
+        const Bake b = bake(scene);
+        for (const std::string& what : b.report().skipped)
+            if (what.find("halving of all tubes") != std::string::npos) return what;
+        return std::string();
+    };
+    Scene scene = sceneOf(kBox, kLamp, kLens);
+    scene.bake.tolerance = 1e-4;
+    EXPECT_NE(said(scene).find("four times as many"), std::string::npos) << said(scene);
+    EXPECT_NE(said(scene).find("'spacing'"), std::string::npos);
+    scene.bake.tolerance = 100;
+    EXPECT_EQ(said(scene), "");
 }
 
 /// Relative L1 difference of two bakes.

@@ -338,7 +338,11 @@ TEST(WavefrontSurfaces, StandHardScenes) {
                 sceneOf("min = [-0.5, -0.5, -0.5]\nmax = [0.5, 0.5, 0.5]\nresolution = 12",
                         "type = \"sun\"\nangular_diameter = 0\nirradiance = 1\ndirection = " + std::string(way), rest);
             const std::string what = rest + way;
-            const Bake b = bake(scene), photons = bakeWith("photons", scene, paths(2000));
+            // Light that is almost level comes over the water in a long front, of which all goes to and fro between
+            // ball and waves: a fourth of the rays shows the same.
+            const bool long_front = way[1] == '1' && rest.find("waves") != std::string::npos;
+            const Bake b = bake(scene, long_front ? with("spacing", 2.0) : GivenOptions{}),
+                       photons = bakeWith("photons", scene, paths(2000));
             expectClosed(b, what, 1e-3);
             expectClosed(photons, what, 1e-3);
             EXPECT_TRUE(std::isfinite(b.field().sum(0))) << what;
