@@ -351,7 +351,11 @@ BakedScene bakeScene(const Scene& scene, Monitor& caller, const BakeChoices& cho
     const double needed_seconds = watch.lap();
 
     const Scene parted = withLobeAxis(scene, needed->frame());
-    BakeResult result = bakeLobes(parted, method, needed, options, monitor);
+    BakeResult result = [&] {
+        const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
+        const KeptLight::Lent lent(choices.kept_light, *needed, channels, memoryLimit(choices) - cost.memory_bytes);
+        return bakeLobes(parted, method, needed, options, monitor);
+    }();
     monitor.checkCancelled();
     BakeReport& report = result.report;
     warnOfLightGivenUp(scene, report.power, monitor);

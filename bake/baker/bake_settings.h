@@ -10,6 +10,7 @@
 #include "bake/baker/bake_tile.h"
 #include "bake/file/vdb.h"
 #include "bake/methods/catalogue.h"
+#include "bake/methods/kept_light.h"
 #include "bake/scene/scene.h"
 
 namespace photic {
@@ -32,6 +33,8 @@ struct BakeChoices {
     double seconds = 10;                ///< that it may take
     std::int64_t max_memory_bytes = 0;  ///< a bake that would take more is refused; 0: what the machine has
     std::optional<Tile> tile = {};      ///< of the volume that is baked; none: all of it
+    /// What the frames of a sequence hand on to one another; null: nothing.
+    KeptLight* kept_light = nullptr;
     /// Told the stages that Monitor::progress is going to name, one after the other, as soon as they are known. What
     /// counts is how long they take beside one another: a bar then moves evenly.
     std::function<void(const std::vector<Stage>&)> expect = {};

@@ -137,6 +137,7 @@ BakedSlabs bakeInSlabs(const Scene& scene, int slabs, CheckedFile& output, Monit
     SlabMonitor monitor(caller, slabs);
     BakeChoices choices = given;
     choices.measure = Measure::Nothing;
+    choices.kept_light = nullptr;  // there is no memory for it, or no need of slabs
     choices.expect = [&](const std::vector<Stage>& stages) { monitor.expect(stages); };
     if (given.expect) given.expect({{"slabs", 1}});
     BakedSlabs all;

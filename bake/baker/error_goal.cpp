@@ -84,6 +84,7 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
                                           [](const Object& object) { return object.receives(); }))
         return bakeUnmeasured(scene, "nothing receives light", monitor, given);
     BakeChoices choices = given;
+    choices.kept_light = nullptr;  // no two bakes have the same voxels
     const KeptShapes shapes;
     const glm::dvec3 extent = scene.domain.max - scene.domain.min;
     double size = std::max({extent.x, extent.y, extent.z}) / kFirstCells;

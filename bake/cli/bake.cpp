@@ -181,11 +181,13 @@ private:
 };
 
 /// One frame from file to file. Fills its report document as far as it comes.
+/// @param kept_light  of the frame before; null for a frame alone
 void bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& terminal, KnownFrames& known,
-               Json& document) {
+               KeptLight* kept_light, Json& document) {
     const int frame_number = document["frame"].get<int>();
     const std::string output = document["output"].get<std::string>();
     BakeChoices choices = choicesOf(arguments);
+    choices.kept_light = kept_light;
     auto start = std::chrono::steady_clock::now();
     terminal.progress("scene", 0);
     const FilesRead files;
@@ -229,6 +231,7 @@ void bakeFrame(const BakeArguments& arguments, OutputSet& outputs, Terminal& ter
     const std::vector<std::string> scene_warnings = terminal.takeWarnings();
     choices.expect = [&terminal](const std::vector<Stage>& stages) { terminal.expect(stages); };
     const int slabs = slabsToFit(scene, terminal, choices).slabs;
+    if (slabs > 1 && kept_light) kept_light->clear();
     Written written = slabs > 1 ? bakeBySlabs(arguments, scene, slabs, outputs.open(output), terminal, choices)
                                 : bakeWhole(arguments, scene, output, outputs, terminal, choices);
     BakeReport& report = written.report;
@@ -383,12 +386,13 @@ void bakeFrames(const BakeArguments& arguments, const FrameRange& range, OutputS
     // Meshes that stay as they are, and what is built of them, serve all frames.
     const KeptMeshes meshes;
     const KeptShapes shapes;
+    KeptLight light;
     for (int frame = range.first; frame <= range.last; ++frame) {
         terminal.checkCancelled();
         terminal.beginPart(frame - range.first, range.last - range.first + 1);
         Json& document = documents.emplace_back(newDocument(arguments, frame));
         try {
-            bakeFrame(arguments, outputs, terminal, known, document);
+            bakeFrame(arguments, outputs, terminal, known, range.first < range.last ? &light : nullptr, document);
         } catch (const Error& error) {
             outputs.discard();
             document["error"] = errorJson(explained(error));

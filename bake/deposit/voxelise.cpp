@@ -11,6 +11,7 @@
 
 #include "bake/deposit/constant_tile.h"
 #include "bake/deposit/gauss_points.h"
+#include "bake/deposit/kept_tiles.h"
 #include "bake/deposit/slabs.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/bent_rows.h"
@@ -99,6 +100,7 @@ public:
         const auto groups =
             planSlabs(field_.needed(), set_.axis, TileSums::kColumns, widestLanes(options_.instruction_set));
         findBounds(groups);
+        if (options_.kept) block_keys_ = keysOf(set_);
         std::vector<std::pair<std::uint32_t, std::uint32_t>> tasks;  // group, tile
         for (std::uint32_t g = 0; g < groups.size(); ++g)
             for (std::uint32_t t = 0; t < groups[g].tiles.size(); ++t) tasks.emplace_back(g, t);
@@ -207,7 +209,47 @@ private:
         }
         if (blocks.empty()) return;
         if (options_.quadrature <= 1 && !bent_ && fillConstant(sums, tile, slab, blocks, totals)) return;
+        if (block_keys_.empty()) {
+            sumBlocks(sums, tile, slab, blocks, totals, nullptr);
+            return;
+        }
+        const TileKey key = keyOf(sums, tile, slab, blocks);
+        const KeptTiles::Found found = options_.kept->find(key);
+        if (found.light) {
+            layKept(*found.light, totals);
+            return;
+        }
+        TileLight light;
+        sumBlocks(sums, tile, slab, blocks, totals, found.wanted ? &light : nullptr);
+        if (found.wanted) options_.kept->keep(key, std::move(light));
+    }
 
+    // All that a tile's light depends on, but for the grid and its needed voxels.
+    TileKey keyOf(const TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab,
+                  const std::vector<std::uint32_t>& blocks) const {
+        TileHash hash;
+        for (const int number :
+             {set_.axis, set_.sense, set_.channels, field_.channels().irradiance, int{field_.channels().flux},
+              static_cast<int>(options_.kernel), static_cast<int>(options_.instruction_set),
+              static_cast<int>(rule_.size()), tile.u, tile.v, slab.first, slab.active, slab.lanes, sums.rect_min_u,
+              sums.rect_min_v, sums.rect_max_u, sums.rect_max_v})
+            hash.add(number);
+        hash.add(options_.noise_floor);
+        hash.add(sums.shift_u, sizeof(sums.shift_u)), hash.add(sums.shift_v, sizeof(sums.shift_v));
+        for (const std::uint32_t b : blocks) hash.add(block_keys_[b].first), hash.add(block_keys_[b].second);
+        return hash.key();
+    }
+
+    void layKept(const TileLight& light, DepositTotals& totals) {
+        const std::size_t values = static_cast<std::size_t>(field_.channels().count()) * LightField::kLeafVoxels;
+        for (std::size_t i = 0; i < light.slots.size(); ++i) addToLeaf(light.slots[i], &light.values[i * values]);
+        totals.expected += light.expected;
+        totals.degenerate += light.degenerate;
+    }
+
+    /// @param kept  takes what is laid, where it is kept
+    void sumBlocks(TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab,
+                   const std::vector<std::uint32_t>& blocks, DepositTotals& all_totals, TileLight* kept) {
         // One element more than the last cell's neighbour, so that every edge may write to the cell after its last.
         const std::size_t floats =
             static_cast<std::size_t>(sums.rows) * static_cast<std::size_t>(sums.rowStride()) + 64;
@@ -231,9 +273,12 @@ private:
             }
         }
         if (sums.running) kernels.sum(sums);
-        totals.expected += sums.expected;
-        totals.degenerate += sums.degenerate;
-        storeLeaves(sums, tile, slab, kernels, totals);
+        // Of the tile first, so that a tile that is kept counts to the same last digit.
+        DepositTotals totals;
+        totals.expected = sums.expected, totals.degenerate = sums.degenerate;
+        storeLeaves(sums, tile, slab, kernels, totals, kept);
+        all_totals.expected += totals.expected, all_totals.degenerate += totals.degenerate;
+        if (kept) kept->expected = totals.expected, kept->degenerate = totals.degenerate;
     }
 
     bool fillConstant(const TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab,
@@ -279,7 +324,7 @@ private:
     }
 
     void storeLeaves(const TileSums& sums, const SlabGroup::Tile& tile, const Slab& slab, const TileKernels& kernels,
-                     DepositTotals& totals) {
+                     DepositTotals& totals, TileLight* kept) {
         const int channels = sums.channels, irradiance = field_.channels().irradiance;
         alignas(64) float values[6 * LightField::kLeafVoxels];
         const float floor = static_cast<float>(options_.noise_floor * irradiance);
@@ -290,14 +335,21 @@ private:
             if (!any) return;
             if (slot < 0 || !field_.needed().leafFull(slot)) dropUnneeded(slot, glm::ivec3(u, v, w), values, totals);
             if (slot < 0) return;
-            bool was_empty = false;
-            const std::size_t bytes = static_cast<std::size_t>(channels) * LightField::kLeafVoxels * sizeof(float);
-            float* out = field_.makeDenseUninitialised(slot, was_empty);
-            if (was_empty)
-                std::memcpy(out, values, bytes);
-            else
-                for (int i = 0; i < channels * LightField::kLeafVoxels; ++i) out[i] += values[i];
+            addToLeaf(slot, values);
+            if (!kept) return;
+            kept->slots.push_back(slot);
+            kept->values.insert(kept->values.end(), values, values + channels * LightField::kLeafVoxels);
         });
+    }
+
+    void addToLeaf(int slot, const float* values) {
+        const int count = field_.channels().count() * LightField::kLeafVoxels;
+        bool was_empty = false;
+        float* out = field_.makeDenseUninitialised(slot, was_empty);
+        if (was_empty)
+            std::memcpy(out, values, static_cast<std::size_t>(count) * sizeof(float));
+        else
+            for (int i = 0; i < count; ++i) out[i] += values[i];
     }
 
     // As LeafKernel, for the other axes.
@@ -364,6 +416,7 @@ private:
     std::vector<LayerPoint> rule_;
     float scale_;
     std::vector<std::vector<std::vector<Bounds>>> bounds_;  // group, slab, block
+    std::vector<TileKey> block_keys_;                       // where tiles are kept
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 namespace photic {
 
 struct BentRows;
+class KeptTiles;
 
 /// Which kernel sums the deposits.
 enum class DepositKernel {
@@ -25,6 +26,8 @@ struct VoxeliseOptions {
     int quadrature = 0;      ///< Gauss points across a layer: 1, 2 or 4; 0: pointsAcrossLayer
     bool has_edges = false;  ///< bodies shape the light: pointsAcrossLayer
     double noise_floor = 0;  ///< [W/m2] irradiance below this is rounding of the sums and becomes 0
+    /// Tiles that came to the same before are taken from here, and those of this deposit kept; null: all are summed.
+    KeptTiles* kept = nullptr;
 };
 
 /// What voxelising counted, in W m (mean of the channels).

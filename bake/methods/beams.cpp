@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bake/deposit/ernst_deposit.h"
+#include "bake/deposit/kept_tiles.h"
 #include "bake/deposit/voxelise.h"
 #include "bake/field/lobes.h"
 #include "bake/methods/beams_cost.h"
@@ -76,6 +77,7 @@ public:
         voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
         voxelise_.quadrature = scene.bake.quadrature;
         voxelise_.has_edges = hasEdges(scene);
+        voxelise_.kept = KeptTiles::used();
     }
 
     void addLight(const Light& light, LobeFields& field) {
@@ -140,6 +142,9 @@ public:
         if (totals_.constant_leaves > 0)
             out.skipped.push_back(std::to_string(totals_.constant_leaves) +
                                   " leaves under flat water are constant and were not summed");
+        if (const KeptTiles* kept = voxelise_.kept; kept && kept->found() > 0)
+            out.skipped.push_back(std::to_string(kept->found()) + " of " + std::to_string(kept->lookedFor()) +
+                                  " tiles of light are as in the frame before and were not summed");
     }
 
 private:

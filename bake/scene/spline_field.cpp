@@ -101,6 +101,8 @@ public:
                     : 1 / std::max(samples_per_metre_.x, samples_per_metre_.y);
     }
 
+    bool bounded() const { return patch_.bounded(); }
+
 private:
     /// Columns of samples that a row needs, counted from the unwrapped grid.
     struct Line {
@@ -140,6 +142,11 @@ private:
 std::shared_ptr<const HeightField> makeSplineField(const SplineFieldShape& shape, const SampleGrid& heights,
                                                    const std::optional<std::array<SampleGrid, 2>>& displacement) {
     return std::make_shared<SplineField>(shape, heights, displacement);
+}
+
+bool isBoundedSpline(const HeightField& field) {
+    const auto* spline = dynamic_cast<const SplineField*>(&field);
+    return spline && spline->bounded();
 }
 
 double leastNormalZ(const HeightField& field, const SplineFieldShape& shape, int width, int height) {

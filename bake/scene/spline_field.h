@@ -35,6 +35,9 @@ std::shared_ptr<const HeightField> makeSplineField(
     const SplineFieldShape& shape, const SampleGrid& heights,
     const std::optional<std::array<SampleGrid, 2>>& displacement = std::nullopt);
 
+/// Whether a surface is one of makeSplineField's that ends somewhere: a map that a file gives.
+bool isBoundedSpline(const HeightField& field);
+
 /// Least z of the normal over the samples of a displaced surface: (1 + dx/du)(1 + dy/dv) - (dx/dv)(dy/du).
 /// Below 0 the surface folds over itself.
 double leastNormalZ(const HeightField& field, const SplineFieldShape& shape, int width, int height);

@@ -10,6 +10,7 @@
 
 #include "bake/report/error.h"
 #include "bake/scene/scattered_points.h"
+#include "bake/scene/spline_field.h"
 
 namespace photic {
 namespace {
@@ -64,6 +65,53 @@ double cheapestSpacing(const std::vector<double>& bends, double tolerance) {
     return best;
 }
 
+constexpr int kBlockCells = 8;  // a side of what a launch divides a lattice into
+
+// Whether a lattice is to stay where it is from one frame to the next.
+bool staysInPlace(const PathTracer& tracer, const LaunchOptions& options) {
+    const Surface& surface = tracer.surface();
+    return isBoundedSpline(*surface.height_field) && surface.outside != Outside::None && options.cells == 0 &&
+           !bendsNowhere(tracer);
+}
+
+// The grid's box from above.
+struct BoxFromAbove {
+    glm::dvec2 low{1e300}, high{-1e300};
+    explicit BoxFromAbove(const GridFrame& frame) {
+        for (unsigned c = 0; c < 8; ++c) {
+            glm::dvec3 index;
+            for (int a = 0; a < 3; ++a) index[a] = c >> a & 1 ? frame.max[a] + 0.5 : frame.min[a] - 0.5;
+            const glm::dvec2 corner(frame.worldFromIndex(index));
+            low = glm::min(low, corner), high = glm::max(high, corner);
+        }
+    }
+    // What a lattice is probed in, which is to change seldom: out to eighths of the box.
+    LaunchDomain around(const LaunchDomain& domain) const {
+        LaunchDomain out = domain;
+        const glm::dvec2 part = 0.125 * (high - low);
+        out.min = low - part * glm::ceil((low - domain.min) / part);
+        out.max = high + part * glm::ceil((domain.max - high) / part);
+        return out;
+    }
+};
+
+// A lattice of cells of at most `cell` [m] by whole blocks. Cells and the first corner have so few bits that the places
+// of all corners are exact in double precision, whichever block a row begins at.
+Lattice latticeInPlace(const LaunchDomain& domain, double cell, const BoxFromAbove& box) {
+    constexpr int kBits = 12;
+    int exponent = 0;
+    const double share = std::frexp(cell, &exponent), unit = std::ldexp(1.0, exponent - kBits),
+                 step = std::floor(std::ldexp(share, kBits)) * unit, block = kBlockCells * step;
+    const glm::dvec2 anchor = glm::floor(box.low / unit) * unit, first = glm::floor((domain.min - anchor) / block),
+                     last = glm::ceil((domain.max - anchor) / block), count = glm::max(last - first, glm::dvec2(1));
+    constexpr double kMost = 1e6;
+    Lattice lattice;
+    lattice.origin = anchor + first * block, lattice.step = glm::dvec2(step), lattice.on_raster = true;
+    lattice.columns = static_cast<int>(std::min(kBlockCells * count.x, kMost));
+    lattice.rows = static_cast<int>(std::min(kBlockCells * count.y, kMost));
+    return lattice;
+}
+
 glm::dvec2 wantedCells(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options) {
     const HeightField& surface = *tracer.surface().height_field;
     const GridFrame& frame = tracer.optics().frame();
@@ -74,7 +122,7 @@ glm::dvec2 wantedCells(const PathTracer& tracer, const LaunchDomain& domain, con
     if (bendsNowhere(tracer)) return glm::dvec2(1);
     // Bends are probed over steps that the surface is smooth over.
     const double step = std::min(voxel, 0.5 * surface.featureSize()), in_voxels = step / voxel;
-    Probes probes = probed(tracer, domain, step);
+    Probes probes = probed(tracer, staysInPlace(tracer, options) ? BoxFromAbove(frame).around(domain) : domain, step);
     for (double& bend : probes.bends) bend /= in_voxels * in_voxels;
     const double bending = cheapestSpacing(probes.bends, options.refine.tolerance),
                  fading =
@@ -98,6 +146,8 @@ Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const L
                                 "light the domain; more than {:.0e} in all are refused: use a lower surface "
                                 "(amplitude, height, scale), a larger spacing or larger voxels",
                                 tracer.surface().name, cells.x, cells.y, extent.x, extent.y, kMostCells));
+    if (staysInPlace(tracer, options))
+        return latticeInPlace(domain, extent.x / cells.x, BoxFromAbove(tracer.optics().frame()));
     Lattice lattice;
     lattice.origin = domain.min;
     lattice.columns = static_cast<int>(std::clamp(std::ceil(cells.x - 1e-9), 1.0, 1e6));
@@ -107,6 +157,7 @@ Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const L
 }
 
 Lattice finerOf(const Lattice& a, const Lattice& b) {
+    if (a.on_raster) return a.step.x <= b.step.x ? a : b;
     Lattice finer = a;
     finer.columns = std::max(a.columns, b.columns), finer.rows = std::max(a.rows, b.rows);
     finer.step = a.step * glm::dvec2(a.columns, a.rows) / glm::dvec2(finer.columns, finer.rows);
@@ -114,7 +165,7 @@ Lattice finerOf(const Lattice& a, const Lattice& b) {
 }
 
 std::vector<Lattice> someBlocks(const Lattice& lattice, int count) {
-    constexpr int kCells = 8, kFew = 32, kPart = 10;  // a side of a block; blocks; of them all
+    constexpr int kCells = kBlockCells, kFew = 32, kPart = 10;  // blocks; of them all
     const int columns = (lattice.columns + kCells - 1) / kCells, rows = (lattice.rows + kCells - 1) / kCells;
     const std::int64_t all = std::int64_t{columns} * rows;
     if (all <= kFew) return {lattice};

@@ -14,6 +14,8 @@ namespace photic {
 struct Lattice {
     glm::dvec2 origin{0}, step{0};
     int columns = 1, rows = 1;  ///< cells
+    /// Its corners are those of a lattice over all of the plane, to the last bit: see layLattice.
+    bool on_raster = false;
     EmissionParam param(int i, int j) const {
         return {{origin.x + step.x * i, origin.y + step.y * j, 0}, glm::dvec3(0)};
     }
@@ -23,6 +25,9 @@ struct Lattice {
 bool bendsNowhere(const PathTracer& tracer);
 
 /// The lattice that the options ask for; where they leave it open, the one that costs least, refinement included.
+///
+/// What a map's light needs is bounded by its steepest slope, and would move all tubes when a corner of it changes. So
+/// of a map it is whole blocks of cells of a lattice that begins at the grid's box: the tubes that stay are the same.
 /// @throws Error{Input} for more than 1e10 cells
 Lattice layLattice(const PathTracer& tracer, const LaunchDomain& domain, const LaunchOptions& options);
 

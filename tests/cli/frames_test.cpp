@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
+#include "bake/image/image.h"
 #include "tests/cli/program.h"
 #include "tests/cli/schema.h"
 
@@ -214,6 +216,40 @@ TEST(Frames, AStandardErrorThatIsGoneIsBakedAgain) {
     std::filesystem::remove(place / "e.0001.vdb");
     EXPECT_EQ(kept(photic(place, command)), std::vector<bool>{false});
     EXPECT_TRUE(place.has("e.0001.vdb"));
+}
+
+// Water of which one corner changes: what it does not light is taken from the frame before, and the files have the very
+// bytes of frames that are baked alone.
+TEST(Frames, TakeFromTheOneBeforeWhatACornerDoesNotLight) {
+    const Workplace place;
+    constexpr int kSize = 256;
+    for (int frame = 1; frame <= 3; ++frame) {
+        Image image{kSize, kSize, 1, std::vector<float>(kSize * kSize)};
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x) {
+                const double corner = std::hypot(x - 90, y - 170);
+                const double z =
+                    0.01 * std::sin(0.15 * x + 0.05 * y) +
+                    (corner < 8 ? (0.001 + 0.0001 * frame) * std::pow(std::cos(0.19634954 * corner), 2) : 0.0);
+                image.at(x, y, 0) = static_cast<float>(z);
+            }
+        writeExr((place / ("water.000" + std::to_string(frame) + ".exr")).string(), image);
+    }
+    PoolText pool;
+    pool.voxel_size = 2.0 / 192;
+    pool.surface = "file = \"water.####.exr\"";
+    pool.bake = "where = \"receivers\"\n";
+    place.write("pool.toml", pool.text());
+    const Outcome together =
+        photic(place, {"bake", "pool.toml", "--frames", "1-3", "--json", "--measure", "no", "-o", "all.vdb"});
+    ASSERT_EQ(together.code, 0) << together.err;
+    for (int frame = 1; frame <= 3; ++frame) {
+        const std::string number = std::to_string(frame);
+        ASSERT_EQ(photic(place, {"bake", "pool.toml", "--frames", number, "--measure", "no", "-o", "one.vdb"}).code, 0);
+        EXPECT_EQ(place.read("all.000" + number + ".vdb"), place.read("one.000" + number + ".vdb")) << frame;
+        const std::string skipped = together.json()[static_cast<std::size_t>(frame - 1)]["skipped"].dump();
+        EXPECT_EQ(skipped.find("as in the frame before") != std::string::npos, frame > 1) << skipped;
+    }
 }
 
 TEST(Frames, RangesThatAreNoneAreRefused) {

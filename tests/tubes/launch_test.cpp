@@ -3,8 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <glm/vector_relational.hpp>
+#include <set>
+#include <utility>
 
+#include "bake/scene/spline_field.h"
 #include "bake/threads/parallel_for.h"
 #include "bake/tubes/histories.h"
 #include "bake/tubes/lattice.h"
@@ -125,6 +130,49 @@ TEST(Launch, SteepWavesTakeNoMoreLightThanTheSunSends) {
         const double sent = whole.area() * -water.scene.lights[0].direction.z;
         EXPECT_NEAR(totals.power.emitted / sent, 1, 2e-3) << sun.x;
         EXPECT_LT(totals.power.imbalance(), 1e-9);
+    }
+}
+
+// A steeper corner widens what is launched; the corners of the tubes that were launched before stay the same bits.
+TEST(Launch, MapsLatticeStaysWhereACornerOfItGetsSteeper) {
+    const auto map = [](double steeper) {
+        SplineFieldShape shape;
+        shape.size = glm::dvec2(4);
+        SampleGrid heights{128, 128, {}};
+        for (int j = 0; j < 128; ++j)
+            for (int i = 0; i < 128; ++i)
+                heights.values.push_back(0.01 * std::sin(0.2 * i + 0.1 * j) +
+                                         (i < 20 && j < 20 ? steeper * std::sin(0.5 * i) : 0.0));
+        return makeSplineField(shape, heights);
+    };
+    std::vector<std::set<std::pair<double, double>>> corners;
+    std::vector<double> areas;
+    for (const double steeper : {0.0, 0.02, 0.05}) {
+        WaterScene water(map(steeper), {0.2, 0.1, -1});
+        water.scene.surfaces[0].size = {4, 4};
+        const OpticalScene optics(water.scene, water.frame);
+        const Light& light = water.scene.lights[0];
+        const Emission emission(water.scene, 0, lightSamples(light, 1).front());
+        const PathTracer tracer(optics, emission, {{0, Branch::Refracted}});
+        const LaunchDomain domain = launchDomain(water.scene, water.scene.surfaces[0], light, water.frame);
+        const Lattice lattice = layLattice(tracer, domain, {});
+        const glm::dvec2 end = lattice.origin + lattice.step * glm::dvec2(lattice.columns, lattice.rows);
+        EXPECT_TRUE(glm::all(glm::lessThanEqual(lattice.origin, domain.min)));
+        EXPECT_TRUE(glm::all(glm::greaterThanEqual(end, domain.max)));
+        areas.push_back(domain.area());
+        auto& here = corners.emplace_back();
+        for (int j = 0; j <= lattice.rows; ++j)
+            for (int i = 0; i <= lattice.columns; ++i) {
+                const glm::dvec3 corner = lattice.param(i, j).position;
+                here.insert({corner.x, corner.y});
+                // As rows are sampled: from where they begin, step by step.
+                EXPECT_EQ(lattice.param(0, j).position.x + lattice.step.x * i, corner.x);
+            }
+    }
+    for (std::size_t k = 1; k < corners.size(); ++k) {
+        EXPECT_GT(areas[k], 1.001 * areas[k - 1]);
+        EXPECT_TRUE(std::includes(corners[k].begin(), corners[k].end(), corners[k - 1].begin(), corners[k - 1].end()));
+        EXPECT_GT(corners[k].size(), corners[0].size());
     }
 }
 
