@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <set>
 #include <string_view>
@@ -37,12 +38,40 @@ struct Windows {
     int height() const { return display.max.y - display.min.y + 1; }
 };
 
+/// Refuses a header that says of an attribute that it is longer than what is left of the file: OpenEXR would take as
+/// much memory before it finds out, two gigabytes for a file of 38 bytes. What else is wrong it tells itself.
+void checkAttributes(const std::string& bytes, const std::string& path) {
+    const bool has_parts = bytes.size() > 5 && (static_cast<unsigned char>(bytes[5]) & 0x10) != 0;
+    bool begins = true;  // a header; of several parts, one that is empty ends them
+    for (std::size_t at = 8; at < bytes.size();) {
+        if (bytes[at] == 0) {
+            if (!has_parts || begins) return;
+            begins = true, ++at;
+            continue;
+        }
+        begins = false;
+        const std::size_t name_end = bytes.find('\0', at),
+                          type_end = bytes.find('\0', std::min(name_end, bytes.size() - 1) + 1);
+        if (type_end == std::string::npos || bytes.size() - type_end < 5) return;
+        std::uint32_t length = 0;  // little-endian
+        for (std::size_t i = 4; i > 0; --i) length = length << 8 | static_cast<unsigned char>(bytes[type_end + i]);
+        at = type_end + 5;
+        if (length > bytes.size() - at)
+            throw Error(ErrorCode::Input,
+                        fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): an attribute of its "
+                                    "header is said to be {} bytes long",
+                                    path, bytes.size(), length));
+        at += length;
+    }
+}
+
 /// Runs `body` on the opened file; anything that OpenEXR throws becomes an Error with the path.
 template <typename Body>
 auto withExr(const std::string& path, const Body& body) {
     const std::string bytes = readFileBytes(path);
     const bool is_exr = bytes.size() >= 4 && bytes.compare(0, 4, "\x76\x2f\x31\x01", 4) == 0;
     if (!is_exr) throw Error(ErrorCode::Input, fmt::format("'{}' is not an OpenEXR file", path));
+    checkAttributes(bytes, path);
     try {
         Imf::StdISStream stream;
         stream.str(bytes);
