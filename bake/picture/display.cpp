@@ -155,7 +155,8 @@ Image displayMapped(const Image& image, ColourMap map, double min, double max, c
 
 Image enlarge(const Image& image, int pixels, double aspect) {
     const int shorter = std::max(1, std::min(image.width, static_cast<int>(std::lround(image.height * aspect))));
-    const int factor = std::max(1, (pixels + shorter - 1) / shorter);
+    const int longer = std::max(image.width, static_cast<int>(std::lround(image.height * aspect)));
+    const int factor = std::max(1, std::min((pixels + shorter - 1) / shorter, 4 * pixels / std::max(1, longer)));
     const int width = image.width * factor;
     const int height = std::max(1, static_cast<int>(std::lround(image.height * factor * aspect)));
     Image out{width, height, image.channels, {}};

@@ -33,7 +33,9 @@ Image displayFilmic(const Image& radiance, double exposure);
 /// @param unit  written above the bar, for instance "W/m2"
 Image displayMapped(const Image& image, ColourMap map, double min, double max, const std::string& unit);
 
-/// Repeats pixels so that the shorter side reaches `pixels`; `aspect` stretches the height (voxels that are not cubes).
+/// Repeats pixels so that the shorter side reaches `pixels`, while the longer one has no more than four times as many:
+/// a band of four voxels that is seen from its side would be a hundred times as long. `aspect` stretches the height
+/// (voxels that are not cubes).
 Image enlarge(const Image& image, int pixels, double aspect = 1);
 
 /// Pictures side by side from left to right, `columns` a row, each with its caption below; dark gaps between them.

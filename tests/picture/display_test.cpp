@@ -128,6 +128,10 @@ TEST(Display, EnlargesByWholePixels) {
     EXPECT_EQ(large.at(8, 4, 0), 7.0F);
     EXPECT_EQ(large.at(7, 4, 0), 0.0F);
     EXPECT_EQ(enlarge(image, 0, 2).height, 4);
+    // A thin band.
+    const Image band{100, 2, 1, std::vector<float>(200)}, longer = enlarge(band, 50);
+    EXPECT_EQ(longer.width, 200);
+    EXPECT_EQ(longer.height, 4);
 }
 
 TEST(Display, FilmStripLaysPicturesOutInRows) {
