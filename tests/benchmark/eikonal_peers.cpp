@@ -17,6 +17,27 @@ namespace photic::benchmark {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Runs a command that prints its seconds and leaves n^3 doubles in a file.
+std::optional<PeerRun> runOf(const std::string& command, int n, const std::string& arrivals) {
+    PeerRun run;
+    bool good = false;
+    if (FILE* pipe = popen(command.c_str(), "r")) {
+        good = std::fscanf(pipe, "%lf", &run.seconds) == 1;
+        good = pclose(pipe) == 0 && good;
+    }
+    if (good) {
+        run.arrival.resize(std::size_t(n) * std::size_t(n) * std::size_t(n));
+        std::ifstream in(arrivals, std::ios::binary);
+        in.read(reinterpret_cast<char*>(run.arrival.data()), std::streamsize(run.arrival.size() * sizeof(double)));
+        good = bool(in);
+    }
+    return good ? std::optional(std::move(run)) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<PeerRun> scikitFmm(int n, int order, const std::string& height_in_python) {
     const char* chosen = std::getenv("PHOTIC_PYTHON");
     const std::string python = chosen ? chosen : "python3";
@@ -29,20 +50,23 @@ std::optional<PeerRun> scikitFmm(int n, int order, const std::string& height_in_
         "seconds = time.process_time() - start\n"
         "np.ma.filled(t, 1e60).astype('<f8').tofile('{}.f64')\nprint(seconds)\n",
         n, height_in_python, order, base);
-    PeerRun run;
-    bool good = false;
-    if (FILE* pipe = popen(fmt::format("{} {}.py 2>/dev/null", python, base).c_str(), "r")) {
-        good = std::fscanf(pipe, "%lf", &run.seconds) == 1;
-        good = pclose(pipe) == 0 && good;
-    }
-    if (good) {
-        run.arrival.resize(std::size_t(n) * std::size_t(n) * std::size_t(n));
-        std::ifstream in(base + ".f64", std::ios::binary);
-        in.read(reinterpret_cast<char*>(run.arrival.data()), std::streamsize(run.arrival.size() * sizeof(double)));
-        good = bool(in);
-    }
+    std::optional<PeerRun> run = runOf(fmt::format("{} {}.py 2>/dev/null", python, base), n, base + ".f64");
     for (const char* end : {".py", ".f64"}) fs::remove(base + end);
-    return good ? std::optional(std::move(run)) : std::nullopt;
+    return run;
+}
+
+std::optional<PeerRun> itkMarching([[maybe_unused]] int n, [[maybe_unused]] const std::vector<double>& known) {
+#ifdef PHOTIC_ITK_MARCHING
+    const std::string base = (fs::temp_directory_path() / fmt::format("photic_itk_{}", n)).string();
+    std::ofstream(base + ".in", std::ios::binary)
+        .write(reinterpret_cast<const char*>(known.data()), std::streamsize(known.size() * sizeof(double)));
+    std::optional<PeerRun> run =
+        runOf(fmt::format("{} {} {}.in {}.out", PHOTIC_ITK_MARCHING, n, base, base), n, base + ".out");
+    for (const char* end : {".in", ".out"}) fs::remove(base + end);
+    return run;
+#else
+    return std::nullopt;
+#endif
 }
 
 PeerRun openvdbSweeping(int n, const std::vector<double>& level_set) {

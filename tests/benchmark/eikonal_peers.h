@@ -17,6 +17,11 @@ struct PeerRun {
 /// none.
 std::optional<PeerRun> scikitFmm(int n, int order, const std::string& height_in_python);
 
+/// ITK's fast marching (FastMarchingImageFilter, double precision, first order) from cells whose arrival is known;
+/// nothing where it was not there when the benchmark was configured.
+/// @param known  [cells], x fastest; 1e60 where a cell is to be marched to
+std::optional<PeerRun> itkMarching(int n, const std::vector<double>& known);
+
 /// OpenVDB's fast sweeping (tools::sdfToSdf, one iteration, single precision) of the level set z - height, row after
 /// row.
 PeerRun openvdbSweeping(int n, const std::vector<double>& level_set);

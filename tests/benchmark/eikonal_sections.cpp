@@ -81,6 +81,20 @@ void frontTable(const std::vector<int>& sizes, bool with_peers, Findings& findin
             if (const auto peer = scikitFmm(n, order, kBumpInPython))
                 row(fmt::format("scikit-fmm, order {}", order), n, peer->seconds, all,
                     errorsOf(front, inBlocks(front, peer->arrival)), "");
+        std::vector<double> known;
+        for (int z = 0; z < n; ++z)
+            for (int y = 0; y < n; ++y)
+                for (int x = 0; x < n; ++x) {
+                    const std::int64_t at = front.grid.cellIndex({x, y, z});
+                    const double arrival = front.truth[std::size_t(at)];
+                    // Above the surface nothing arrives: far enough for nothing to go on from there.
+                    known.push_back(!front.fixed.get(at) ? 1e60 : arrival == kUnreached ? 1e6 : arrival / front.h);
+                }
+        if (auto peer = itkMarching(n, known)) {
+            for (double& arrival : peer->arrival) arrival = arrival > 1e5 ? kUnreached : arrival * front.h;
+            row("ITK fast marching, order 1", n, peer->seconds, all, errorsOf(front, inBlocks(front, peer->arrival)),
+                "");
+        }
         std::vector<double> level;
         for (int z = 0; z < n; ++z)
             for (int y = 0; y < n; ++y)
