@@ -181,7 +181,7 @@ void bindSettings(CLI::App& app, BakeArguments& a) {
           kPathsNames);
     oneOf(app.add_option("--quadrature", a.quadrature,
                          "Points across a layer of voxels (default: by the slant of the light)"),
-          {"1", "2", "4"});
+          {"1", "2", "4", "6", "8", "12"});
     oneOf(app.add_option("--lobes", a.lobes,
                          "Directions that a voxel keeps where light opposes itself (default: 2, where it does)"),
           {"1", "2"});

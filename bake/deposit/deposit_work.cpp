@@ -74,11 +74,14 @@ void countSlab(const CornerRay* const* corner, int first, const glm::dvec2& mean
 
 }  // namespace
 
-DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature, bool has_edges) {
+DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, const VoxeliseOptions& options) {
     const Box box = boxOf(frame, tubes.axis);
     const glm::dvec2 mean_slope(tubes.meanSlopeU(), tubes.meanSlopeV());
-    DepositWork work;
-    for (const TubeBlock& block : tubes.blocks)
+    const std::vector<int> points = pointsOfBlocks(tubes, options.has_edges);
+    DepositWork sum;
+    for (std::size_t b = 0; b < tubes.blocks.size(); ++b) {
+        const TubeBlock& block = tubes.blocks[b];
+        DepositWork work;
         for (const BlockTopology::Triangle& triangle : block.topology->triangles) {
             const CornerRay* corner[3];
             double low = 1e300, high = -1e300;  // layers that it passes
@@ -91,7 +94,9 @@ DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadra
                 if (high > first - 0.5 && low < std::min(first + kLayers, box.end_layer) - 0.5)
                     countSlab(corner, first, mean_slope, box, work);
         }
-    return work * (quadrature > 0 ? quadrature : pointsAcrossLayer(tubes, has_edges));
+        sum += work * (options.quadrature > 0 ? options.quadrature : points[b]);
+    }
+    return sum;
 }
 
 DepositWork depositWork(const TubeSet& tubes, const BentRows& bent, const GridFrame& frame, int layers) {

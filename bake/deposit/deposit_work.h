@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "bake/deposit/voxelise.h"
 #include "bake/field/grid_frame.h"
 #include "bake/tubes/bent_rows.h"
 #include "bake/tubes/tube_set.h"
@@ -21,8 +22,8 @@ struct DepositWork {
 };
 
 /// As if every voxel of the frame were needed.
-/// @param quadrature  points a layer; 0: as the tubes slant
-DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, int quadrature, bool has_edges = false);
+/// @param options  its quadrature and has_edges count
+DepositWork depositWork(const TubeSet& tubes, const GridFrame& frame, const VoxeliseOptions& options);
 
 /// Of bent tubes in one slab of `layers` layers, at one point of each.
 DepositWork depositWork(const TubeSet& tubes, const BentRows& bent, const GridFrame& frame, int layers);

@@ -74,9 +74,7 @@ public:
           monitor_(monitor) {
         limits_ = followLimits(scene);
         launch_ = launchOptions(scene, options);
-        voxelise_.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
-        voxelise_.quadrature = scene.bake.quadrature;
-        voxelise_.has_edges = hasEdges(scene);
+        voxelise_ = voxeliseOptions(scene, options);
         voxelise_.kept = KeptTiles::used();
     }
 

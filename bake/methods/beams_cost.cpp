@@ -48,9 +48,9 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
     const std::vector<LightSample> samples = lightSamples(light, directions);
     const LaunchDomain domain = surface.height_field ? launchDomain(q.scene, surface, light, q.frame) : LaunchDomain{};
     DepositWork deposit;
+    const VoxeliseOptions voxelise = voxeliseOptions(q.scene, options);
     const TubeSink count = [&](TubeSets&& sets) {
-        for (const TubeSet& set : sets)
-            deposit += depositWork(set, q.frame, q.scene.bake.quadrature, hasEdges(q.scene));
+        for (const TubeSet& set : sets) deposit += depositWork(set, q.frame, voxelise);
     };
     LaunchOptions launch = launchOptions(q.scene, options);
     launch.tubes.channels = q.scene.coloured() ? 3 : 1;
@@ -87,8 +87,7 @@ double secondsOf(const Launched& all, double needed, int channels) {
            needed * (all.deposit.tubes * kSecondsATube + all.deposit.cells * kSecondsAnEdgeCell * (channels / 4.0));
 }
 
-}  // namespace
-
+// Whether bodies bend light, or stand in it, so that it has outlines.
 bool hasEdges(const Scene& scene) {
     return std::any_of(scene.surfaces.begin(), scene.surfaces.end(),
                        [](const Surface& surface) { return surface.height_field == nullptr; }) ||
@@ -96,6 +95,8 @@ bool hasEdges(const Scene& scene) {
                return object.blocks() && !std::holds_alternative<Plane>(object.shape);
            });
 }
+
+}  // namespace
 
 BeamsDisc discFor(const Scene& scene, const Light& light, const GridFrame& frame, const BeamsOptions& options) {
     if (options.disc == BeamsDisc::Off || light.angular_diameter_deg <= 0) return BeamsDisc::Off;
@@ -115,6 +116,13 @@ LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options) {
     launch.tubes.lobe_axis = scene.bake.lobe_axis.value_or(glm::dvec3(0));
     launch.refine.tolerance = scene.bake.tolerance, launch.refine.silhouette = options.silhouette;
     return launch;
+}
+
+VoxeliseOptions voxeliseOptions(const Scene& scene, const BeamsOptions& options) {
+    VoxeliseOptions voxelise;
+    voxelise.kernel = options.kernel == BeamsKernel::Scalar ? DepositKernel::Scalar : DepositKernel::Edges;
+    voxelise.quadrature = scene.bake.quadrature, voxelise.has_edges = hasEdges(scene);
+    return voxelise;
 }
 
 FollowLimits followLimits(const Scene& scene) {

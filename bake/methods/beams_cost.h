@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "bake/deposit/voxelise.h"
 #include "bake/methods/beams.h"
 #include "bake/paths/optical_scene.h"
 #include "bake/tubes/histories.h"
@@ -22,8 +23,8 @@ int discDirections(const OpticalScene& optics, const Light& light, const BeamsOp
 LaunchOptions launchOptions(const Scene& scene, const BeamsOptions& options);
 FollowLimits followLimits(const Scene& scene);
 
-/// Whether bodies bend light, or stand in it, so that it has outlines: VoxeliseOptions::has_edges.
-bool hasEdges(const Scene& scene);
+/// How tubes are laid.
+VoxeliseOptions voxeliseOptions(const Scene& scene, const BeamsOptions& options);
 
 /// What a bake by beams takes: rays and tubes by how much the surface bends, deposits by the voxels.
 MethodCost beamsCost(const CostQuestion& question, const BeamsOptions& options);

@@ -77,8 +77,10 @@ BakeSettings loadBake(const ConfigValue& value) {
     bake.where = static_cast<Where>(table.choice("where", kWhereNames).value_or(0));
     bake.band = static_cast<int>(table.integer("band", 0, 1024).value_or(bake.band));
     bake.paths = static_cast<Paths>(table.choice("paths", kPathsNames).value_or(0));
-    bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 4).value_or(0));
-    if (bake.quadrature == 3) table.fail("quadrature", "'quadrature' is 3; it must be 1, 2 or 4");
+    bake.quadrature = static_cast<int>(table.integer("quadrature", 1, 12).value_or(0));
+    constexpr int kPoints[] = {0, 1, 2, 4, 6, 8, 12};
+    if (std::find(std::begin(kPoints), std::end(kPoints), bake.quadrature) == std::end(kPoints))
+        table.fail("quadrature", fmt::format("'quadrature' is {}; it must be 1, 2, 4, 6, 8 or 12", bake.quadrature));
     bake.tolerance = table.number("tolerance", {0, 100, true, "voxels"}).value_or(bake.tolerance);
     bake.prefilter = table.flag("prefilter").value_or(bake.prefilter);
     bake.error = table.number("error", {0, 1, true, ""});

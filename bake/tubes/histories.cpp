@@ -169,6 +169,13 @@ LaunchOptions HistoryLauncher::optionsFor(const History& history, bool first_bra
     options.tubes.counts_dropped = !first_branch || branchesOf(last).size() == 1;
     options.tubes.follows_on = static_cast<int>(history.size()) < limits_.events;
     options.refine.full_share = fullShare(optics_, history.front().surface), options.refine.faint = faintness();
+    // Light that has come through many faces is faint: its outlines are not worth what they would take.
+    constexpr std::size_t kMostFacets = 2;
+    options.tubes.faceted =
+        history.size() <= kMostFacets && std::all_of(history.begin(), history.end(), [&](const PathEvent& event) {
+            const Surface& surface = optics_.scene().surfaces[static_cast<std::size_t>(event.surface)];
+            return surface.mesh && !surface.smooth;
+        });
     options.refine.fineness = bodyFineness(optics_, history);
     if (history.size() > 1 || optics_.scene().surfaces[static_cast<std::size_t>(history.front().surface)].closed)
         options.refine.tolerance *= kBodies;

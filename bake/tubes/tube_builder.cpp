@@ -172,7 +172,7 @@ void TubeBuilder::closeBlock(int s) {
     if (!open.triangles.empty())
         set.blocks.push_back(
             {BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
-             open.first_corner, open.first_tube, optics_->medium(open.medium).extinction()});
+             open.first_corner, open.first_tube, optics_->medium(open.medium).extinction(), launch_.faceted});
     open = OpenBlock{};
 }
 

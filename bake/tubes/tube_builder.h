@@ -25,6 +25,7 @@ struct TubeLaunch {
     bool counts_event = true;     ///< false for a second branch of the same event: what it leaves out is counted once
     bool counts_dropped = true;  ///< what an event turns the wrong way: by the last of its branches, whose rays show it
     bool follows_on = false;     ///< light that meets a specular surface is handed on to longer histories
+    bool faceted = false;        ///< TubeBlock::faceted
     glm::dvec3 lobe_axis{0};     ///< tubes that travel against it belong to the second lobe; 0: all to the first
 };
 

@@ -25,24 +25,30 @@ TubeSet tubeAt(double u, double v, double fan = 0) {
     return set;
 }
 
+VoxeliseOptions at(int points) {
+    VoxeliseOptions options;
+    options.quadrature = points;
+    return options;
+}
+
 TEST(DepositWork, ATubeIsLookedAtInEachSlabAndAtEachPoint) {
-    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 16), 1).tubes, 1);
-    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), 1).tubes, 3);
-    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), 4).tubes, 12);
-    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), 0).tubes, 3) << "upright light takes one point";
+    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 16), at(1)).tubes, 1);
+    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), at(1)).tubes, 3);
+    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), at(4)).tubes, 12);
+    EXPECT_EQ(depositWork(tubeAt(8, 8), frameOf(16, 48), at(0)).tubes, 3) << "upright light takes one point";
 }
 
 TEST(DepositWork, WhatPassesTheGridTakesNothing) {
-    const DepositWork work = depositWork(tubeAt(30, 8), frameOf(16, 48), 1);
+    const DepositWork work = depositWork(tubeAt(30, 8), frameOf(16, 48), at(1));
     EXPECT_EQ(work.tubes, 0);
     EXPECT_EQ(work.cells, 0);
-    EXPECT_GT(depositWork(tubeAt(30, 8), frameOf(64, 48), 1).tubes, 0);
+    EXPECT_GT(depositWork(tubeAt(30, 8), frameOf(64, 48), at(1)).tubes, 0);
 }
 
 // Sums drift with the mean slope: what leans otherwise comes by more voxels in a slab.
 TEST(DepositWork, LightThatGoesApartComesByMoreVoxels) {
-    const double straight = depositWork(tubeAt(8, 8), frameOf(64, 16), 1).cells;
-    const double fan = depositWork(tubeAt(8, 8, 0.5), frameOf(64, 16), 1).cells;
+    const double straight = depositWork(tubeAt(8, 8), frameOf(64, 16), at(1)).cells;
+    const double fan = depositWork(tubeAt(8, 8, 0.5), frameOf(64, 16), at(1)).cells;
     EXPECT_NEAR(straight, 0.5 * (1 * 3 + 2 * 3 + 2 * 2), 1e-9) << "two short sides and the long one";
     EXPECT_GT(fan, 4 * straight);
 }

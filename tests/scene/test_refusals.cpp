@@ -209,8 +209,8 @@ TEST_F(Refusals, Bake) {
     refusedRest("[bake]\nwhere = \"nowhere\"\n", "s.toml:14:1", {"unknown where"});
     refusedRest("[bake]\nwhere = \"media\"\n", "s.toml:14:1", {"needs a [medium]"});
     refusedRest("[bake]\nwhere = \"receivers\"\n", "s.toml:14:1", {"needs an [[object]]"});
-    refusedRest("[bake]\nquadrature = 3\n", "s.toml:14:1", {"1, 2 or 4"});
-    refusedRest("[bake]\nquadrature = 8\n", "s.toml:14:1", {"'quadrature' is 8"});
+    refusedRest("[bake]\nquadrature = 3\n", "s.toml:14:1", {"1, 2, 4, 6, 8 or 12"});
+    refusedRest("[bake]\nquadrature = 13\n", "s.toml:14:1", {"'quadrature' is 13"});
     refusedRest("[bake]\ntolerance = 0\n", "s.toml:14:1", {"'tolerance' is 0"});
     refusedRest("[bake]\nband = -1\n", "s.toml:14:1", {"'band' is -1", "0 to"});
     refusedRest("[bake]\nprefilter = 1\n", "s.toml:14:1", {"true or false"});

@@ -48,7 +48,8 @@ def _annotations():
         "band": IntProperty(name="Band", default=2, min=1, max=64, description="Voxels around receivers"),
         "quadrature": EnumProperty(name="Points per layer", items=(
             ("AUTO", "By the light", "As many as the slant of the light asks for"),
-            ("1", "1", ""), ("2", "2", ""), ("4", "4", "")), default="AUTO"),
+            ("1", "1", ""), ("2", "2", ""), ("4", "4", ""), ("6", "6", ""), ("8", "8", ""), ("12", "12", "")),
+            default="AUTO"),
         "tolerance": FloatProperty(name="Tolerance", default=0.25, min=0.001, max=16.0, precision=3,
                                    description="Of refinement [voxels]"),
         "prefilter": BoolProperty(name="Prefilter", default=False, description="Sharper receivers, less exact media"),
