@@ -110,7 +110,8 @@ void Launch::inBatches(std::int64_t parts, std::int64_t parts_a_batch, LaunchTot
     }
 }
 
-LaunchMesh::LaunchMesh(const Emission& emission) : surface_(emission.surface()) {
+LaunchMesh::LaunchMesh(const Emission& emission, double off_edges)
+    : surface_(emission.surface()), off_edges_(off_edges) {
     if (emission.plane()) plane_ = *emission.plane(), cells_ = plane_.cells;
     // A sphere is divided as its light asks for: few triangles to begin with.
     const Surface& surface = surface_;
@@ -134,6 +135,25 @@ glm::dvec3 LaunchMesh::face(int triangle) const {
     return glm::length(cross) > 0 ? glm::normalize(cross) : glm::dvec3(0);
 }
 
+// On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own, as a share of the way to
+// its middle. Enough for what enters there to meet the face beyond the edge: nearer to it, rays take it for the one
+// that they start on, and leave the body through it unseen.
+double LaunchMesh::hair(int triangle) const {
+    if (cells_.x > 0 || surface_.smooth || surface_.sphere) return 0;
+    constexpr double kLeast = 1e-7, kMost = 1e-2;
+    const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
+    const glm::dvec3 &a = mesh().positions[t[0]], &b = mesh().positions[t[1]], &c = mesh().positions[t[2]];
+    const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
+    // From the middle to the nearest edge: a third of the height over the longest.
+    const double inside = longest > 0 ? glm::length(glm::cross(b - a, c - a)) / (3 * longest) : 0;
+    return inside > 0 ? std::clamp(off_edges_ / inside, kLeast, kMost) : kLeast;
+}
+
+double LaunchMesh::shortOf(int triangle) const {
+    const double left = 1 - hair(triangle);
+    return 1 / (left * left);
+}
+
 EmissionParam LaunchMesh::corner(int triangle, int which) const {
     if (cells_.x > 0) {
         constexpr int kCorner[2][3][2] = {{{0, 0}, {1, 0}, {1, 1}}, {{0, 0}, {1, 1}, {0, 1}}};
@@ -144,10 +164,14 @@ EmissionParam LaunchMesh::corner(int triangle, int which) const {
     }
     const auto& t = mesh().triangles[static_cast<std::size_t>(triangle)];
     const auto vertex = t[static_cast<std::size_t>(which)];
-    // On a sharp edge light enters both of its faces: each facet keeps a hair inside of its own.
-    const double hair = surface_.smooth ? 0 : 1e-7;
     const glm::dvec3 middle = (mesh().positions[t[0]] + mesh().positions[t[1]] + mesh().positions[t[2]]) / 3.0;
-    return {glm::mix(mesh().positions[vertex], middle, hair), mesh().normals[vertex]};
+    return {glm::mix(mesh().positions[vertex], middle, hair(triangle)), mesh().normals[vertex]};
+}
+
+LaunchMesh Launch::meshToLaunch() const {
+    // Some eight times as far as RayCaster::firstHit overlooks.
+    constexpr double kOffEdges = 3e-5;
+    return {tracer_.emission(), kOffEdges * tracer_.optics().caster().reachFrom(tracer_.emission().surface().center)};
 }
 
 // Facets of a closed body that turn away from the light are behind its others. Their corners lie so close to those on a
@@ -173,7 +197,7 @@ bool Launch::isBehind(const LaunchMesh& mesh, int triangle) const {
 }
 
 void Launch::mesh(LaunchTotals& totals) {
-    const LaunchMesh mesh(tracer_.emission());
+    const LaunchMesh mesh = meshToLaunch();
     RefineOptions refine = options_.refine;
     if (options_.spacing > 0) refine.max_edge = options_.spacing, refine.tolerance = 0;
     // Of few large triangles parts are launched where a sample will do.
@@ -196,7 +220,7 @@ void Launch::mesh(LaunchTotals& totals) {
             for (int h = 0; h < halvings; ++h) corner = quarter(corner, static_cast<int>(i >> 2 * h & 3));
             Path corners[3];
             for (std::size_t k = 0; k < 3; ++k) corners[k] = tracer_.trace(corner[k], face);
-            builder.setRoot(t);
+            builder.setRoot(t, mesh.shortOf(t));
             refiner.add(corners[0], corners[1], corners[2], face);
             traced += 3;
         }
@@ -249,7 +273,7 @@ void Launch::refineSeeds(std::span<const TubeSeed> seeds, const LaunchMesh* root
 
 void Launch::seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals) {
     std::optional<LaunchMesh> roots;
-    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(tracer_.emission());
+    if (options_.from_roots && tracer_.surface().mesh) roots.emplace(meshToLaunch());
     // Where the groups begin that are divided together.
     std::vector<std::size_t> begins;
     for (std::size_t i = 0; i < seeds.size(); ++i)

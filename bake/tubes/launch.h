@@ -46,7 +46,8 @@ struct LaunchTotals {
 /// The triangles by which a mesh or a sphere is launched: its own, or those of cells of the plane across the light.
 class LaunchMesh {
 public:
-    explicit LaunchMesh(const Emission& emission);
+    /// @param off_edges  how far inside of its own edges a facet is launched [m]
+    LaunchMesh(const Emission& emission, double off_edges);
 
     int size() const { return cells_.x > 0 ? 2 * cells_.x * cells_.y : static_cast<int>(mesh().triangles.size()); }
     /// So many of `size` parts of its triangles apart are about `count` of them, that lie everywhere.
@@ -54,11 +55,16 @@ public:
     /// Geometric normal, unit; 0 of a triangle without an area.
     glm::dvec3 face(int triangle) const;
     EmissionParam corner(int triangle, int which) const;
+    /// By how much what is launched of a triangle is smaller than it: the power of its light has to be multiplied by
+    /// this.
+    double shortOf(int triangle) const;
 
 private:
     const TriangleMesh& mesh() const { return surface_.sphere ? ball_ : *surface_.mesh; }
+    double hair(int triangle) const;
 
     const Surface& surface_;
+    double off_edges_;
     TriangleMesh ball_;
     LightPlane plane_;
     glm::ivec2 cells_{0};
@@ -92,6 +98,7 @@ public:
     void seeds(std::span<const TubeSeed> seeds, LaunchTotals& totals);
 
 private:
+    LaunchMesh meshToLaunch() const;
     bool hidesItsBack() const;
     bool isBehind(const LaunchMesh& mesh, int triangle) const;
     bool isSmall(const LaunchMesh& mesh, int triangle) const;

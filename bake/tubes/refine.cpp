@@ -162,6 +162,19 @@ double PathComparison::fadesApart(const Path& a, const Path& b) const {
     return most * std::fabs(way - (p[axis] + way * d[axis] - q[axis]) / e[axis]);
 }
 
+double PathComparison::arrivesUnevenly(const Path& a, const Path& m, const Path& b) const {
+    const double extinction = largest(optics_.medium(m.medium).extinction());
+    if (!(extinction > 0)) return 0;
+    const Path* const paths[] = {&a, &m, &b};
+    double left[3];
+    for (int i = 0; i < 3; ++i) {
+        const Path& path = *paths[i];
+        if (path.outcome != PathOutcome::Lit || path.end.kind != Target::Kind::Surface) return 0;
+        left[i] = std::exp(-extinction * path.hit_distance);
+    }
+    return std::fabs(left[1] - 0.5 * (left[0] + left[2]));
+}
+
 bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b, double fineness) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
@@ -232,7 +245,14 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (standsBetween(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b, options_.fineness) || (width > 1 && compare_.standApart(a, b))) return true;
-    return fadesTooMuch(a, b, width) || bendsTooMuch(a, b, m);
+    return fadesTooMuch(a, b, width) || arrivesTooUnevenly(a, b, m) || bendsTooMuch(a, b, m);
+}
+
+// Beside a sharp edge light leaves a body again at once, and next to that only after all its depth: what goes on is
+// lost to all that follows, however narrow the tube.
+bool Refiner::arrivesTooUnevenly(const Path& a, const Path& b, const Path& m) const {
+    return options_.tolerance > 0 && compare_.arrivesUnevenly(a, m, b) * compare_.share(a, b) >
+                                         kFading * options_.tolerance * options_.full_share;
 }
 
 bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {

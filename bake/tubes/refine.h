@@ -71,6 +71,9 @@ public:
     /// How much more of its light one path has left than the other where a medium has taken a good part of it, or
     /// where the first of them ends: in optical thicknesses. Inside of a tube light is the same across its way.
     double fadesApart(const Path& a, const Path& b) const;
+    /// How much more of its light arrives at the next surface half-way between two paths than half-way between what of
+    /// theirs does, where a medium takes some of it: a share of the light.
+    double arrivesUnevenly(const Path& a, const Path& middle, const Path& b) const;
     /// A step in depth inside one object is a silhouette too. @param fineness  RefineOptions::fineness
     bool stepsInDepth(const Path& a, const Path& middle, const Path& b, double fineness) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
@@ -128,6 +131,7 @@ private:
     bool mustSplit(const Path& a, const Path& b, const Path& m, double width) const;
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
     bool fadesTooMuch(const Path& a, const Path& b, double width) const;
+    bool arrivesTooUnevenly(const Path& a, const Path& b, const Path& m) const;
     bool standsBetween(const Path& a, const Path& b, double width) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 

@@ -14,6 +14,27 @@ constexpr std::size_t kBlockTubes = 128, kBlockCorners = 120;
 // Three legs that end on different things stop with the first of them; otherwise each has its own end.
 bool sameEnd(const Path& a, const Path& b, const Path& c) { return a.end == b.end && b.end == c.end; }
 
+// Mean over a triangle of the root of what is linear there and a^2, b^2, c^2 at its corners: twice the second divided
+// difference of (4/15) q^(5/2) (Hermite and Genocchi), with the roots' differences cancelled out.
+double meanOfRoot(double a, double b, double c) {
+    const double sums = (a + b) * (b + c) * (c + a);
+    if (!(sums > 0)) return 0;
+    const double e1 = a + b + c, e2 = a * b + b * c + c * a, e3 = a * b * c;  // elementary symmetric functions
+    return 8.0 / 15 * (e1 * e1 * e2 - e2 * e2 - e1 * e3) / sums;
+}
+
+// What each corner of a lit tube stands for. A body's reflectance, and all that light goes through inside of it, is
+// smooth in the cosine at which light meets it; and that is no linear function of the place but, near to where the body
+// turns away from the light, the root of one. So a mean over the tube is that of its corners with shares by which the
+// cosine's own mean comes out right: of a ball, on which the square is linear, the rim reflects as it should.
+std::array<double, 3> sharesByFacing(double a, double b, double c) {
+    const double middle = (a + b + c) / 3;
+    const double spread = (a - middle) * (a - middle) + (b - middle) * (b - middle) + (c - middle) * (c - middle);
+    if (!(spread > 1e-12)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
+    const double tilt = (meanOfRoot(a, b, c) - middle) / spread;
+    return {1.0 / 3 + tilt * (a - middle), 1.0 / 3 + tilt * (b - middle), 1.0 / 3 + tilt * (c - middle)};
+}
+
 }  // namespace
 
 TubeBuilder::TubeBuilder(const OpticalScene& optics, const Emission& emission, const TubeLaunch& launch)
@@ -183,23 +204,33 @@ bool TubeBuilder::standsAstride(const Corners& corners) const {
     return !optics_->caster().planesOnly() && !sameEnd(*corners[0], *corners[1], *corners[2]);
 }
 
-// Each corner stands for a third of a tube's power. Where a closed body turns away from the light there is no edge of a
-// shadow to look for: a triangle there faces the light or does not, and the corners that do stand for all of it.
-double TubeBuilder::shareOfCorner(const Corners& corners) const {
+// Each corner stands for a third of a tube's power, of rounded bodies for what sharesByFacing says. Where a closed body
+// turns away from the light there is no edge of a shadow to look for: a triangle there faces the light or does not, and
+// the corners that do stand for all of it.
+std::array<double, 3> TubeBuilder::sharesOfCorners(const Corners& corners) const {
+    const auto alike = [](double share) { return std::array{share, share, share}; };
     const Surface& surface = emission_->surface();
-    if (emission_->plane() || (!surface.closed && !surface.sphere)) return 1.0 / 3;
+    const bool all_lit = std::all_of(corners.begin(), corners.end(), [](const Path* path) {
+        return path->outcome == PathOutcome::Lit && path->facing >= 0;
+    });
+    const bool round = surface.sphere || (surface.mesh && surface.smooth);
+    const auto lit_shares = [&] {
+        return round && all_lit ? sharesByFacing(corners[0]->facing, corners[1]->facing, corners[2]->facing)
+                                : alike(1.0 / 3);
+    };
+    if (emission_->plane() || (!surface.closed && !surface.sphere)) return lit_shares();
     int away = 0, lit = 0, from_inside = 0;
     for (const Path* path : corners) {
         away += path->outcome == PathOutcome::Hidden && path->facing < 0;
         lit += path->outcome == PathOutcome::Lit;
         from_inside += path->outcome == PathOutcome::Lit && path->facing < -1e-9;
     }
-    if (away == 3 || from_inside > 0) return 1.0 / 3;
+    if (away == 3 || from_inside > 0) return alike(1.0 / 3);
     const glm::dvec3& a = corners[0]->entry;
     const glm::dvec3 area = glm::cross(corners[1]->entry - a, corners[2]->entry - a);
     // A triangle that is folded back over its neighbours at the rim covers what they do.
-    if (glm::dot(area, emission_->directionAt(a)) >= 0 || (away > 0 && lit == 0)) return 0;
-    return 1.0 / (3 - away);
+    if (glm::dot(area, emission_->directionAt(a)) >= 0 || (away > 0 && lit == 0)) return alike(0);
+    return away > 0 ? alike(1.0 / (3 - away)) : lit_shares();
 }
 
 int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face) {
@@ -211,13 +242,14 @@ int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dve
         if (path->direction == glm::dvec3(0))
             for (const Path* other : corners)
                 if (other->outcome == PathOutcome::Lit) path = other;
-    const glm::dvec3 third = emission_->power(a.entry, b.entry, c.entry) * shareOfCorner(corners);
+    const glm::dvec3 whole_power = emission_->power(a.entry, b.entry, c.entry) * short_of_;
+    const std::array<double, 3> shares = sharesOfCorners(corners);
     std::array<glm::dvec3, 3> power{};  // of each corner's share
     bool lit = false, directed = true;
     for (const Path* path : laid) directed = directed && path->direction != glm::dvec3(0);
     for (std::size_t i = 0; i < 3; ++i) {
         if (corners[i]->outcome != PathOutcome::Lit) continue;
-        power[i] = third * corners[i]->arriving * corners[i]->fraction, lit = true;
+        power[i] = whole_power * shares[i] * corners[i]->arriving * corners[i]->fraction, lit = true;
     }
     const int axis = lit && directed ? chooseAxis(*laid[0], *laid[1], *laid[2], kLastSlope) : -1;
     // At the floor of refinement, and still no tube: a corner without a ray, or rays that part by 90 degrees.
@@ -225,13 +257,14 @@ int TubeBuilder::add(const Path& a, const Path& b, const Path& c, const glm::dve
     double PowerLedger::*const unlaid = no_tube ? &PowerLedger::dropped : culled ? &PowerLedger::culled : nullptr;
     const std::size_t first_seed = seeds_.size();
     bool whole = true;
-    for (const Path* path : corners) {
-        const double handed_on = countCorner(*path, third, unlaid);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Path& path = *corners[i];
+        const double handed_on = countCorner(path, whole_power * shares[i], unlaid);
         whole = whole && handed_on > 0;
         if (handed_on <= 0) continue;
         std::size_t s = first_seed;
-        while (s < seeds_.size() && seeds_[s].surface != path->end.index) ++s;
-        if (s == seeds_.size()) seeds_.push_back({{a.param, b.param, c.param}, face, path->end.index, 0, root_});
+        while (s < seeds_.size() && seeds_[s].surface != path.end.index) ++s;
+        if (s == seeds_.size()) seeds_.push_back({{a.param, b.param, c.param}, face, path.end.index, 0, root_});
         seeds_[s].power += handed_on;
     }
     whole = whole && seeds_.size() == first_seed + 1;

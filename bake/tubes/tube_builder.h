@@ -55,8 +55,8 @@ public:
     /// True when one grid axis serves all three legs: they cross its layers in the same sense and not too slantingly.
     bool axisServes(const Path& a, const Path& b, const Path& c) const { return chooseAxis(a, b, c, kMaxSlope) >= 0; }
 
-    /// Adds the tube between three paths; orientation must be that of the surface. Each stands for a third of the
-    /// power.
+    /// Adds the tube between three paths; orientation must be that of the surface. Each stands for about a
+    /// third of the power.
     /// @param face  of the mesh triangle through which they enter; unused for height fields
     /// @return the specular surface that hands on what all three bring there; -1 when there is no one such surface
     int add(const Path& a, const Path& b, const Path& c, const glm::dvec3& face);
@@ -86,8 +86,8 @@ public:
     /// After finish().
     TubeSets& sets() { return sets_; }
 
-    /// Of the seeds that are added from here on.
-    void setRoot(int root) { root_ = root; }
+    /// Of the seeds that are added from here on. @param short_of  LaunchMesh::shortOf of what is added from here on
+    void setRoot(int root, double short_of = 1) { root_ = root, short_of_ = short_of; }
 
     const GridFrame& frame() const { return optics_->frame(); }
     const PowerLedger& power() const { return power_; }
@@ -125,7 +125,7 @@ private:
     int chooseAxis(const Path& a, const Path& b, const Path& c, double max_slope) const;
     bool missesBox(const Corners& corners) const;
     bool standsAstride(const Corners& corners) const;
-    double shareOfCorner(const Corners& corners) const;
+    std::array<double, 3> sharesOfCorners(const Corners& corners) const;
     CornerRay cornerRay(const Path& path, int axis, double end_distance) const;
     std::uint8_t cornerIndex(int set, const Path& path, double end_distance);
     void openBlock(int set, int medium);
@@ -150,6 +150,7 @@ private:
     std::array<OpenBlock, std::tuple_size_v<TubeSets>> open_;
     std::vector<TubeSeed> seeds_;
     int root_ = -1;
+    double short_of_ = 1;
     PowerLedger power_;
     GivenUpPower given_up_;
     double astride_ = 0;
