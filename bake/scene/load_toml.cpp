@@ -167,6 +167,16 @@ double frameRateOf(const ConfigValue& root) {
         .value_or(kUsual);
 }
 
+/// How far a lamp at least counts as being from a surface's middle [m]: those that stand in a body count as if they
+/// stood half way out of it, since there is no irradiance where a lamp is.
+double leastDistance(const Surface& surface) {
+    if (!surface.mesh) return 0;
+    glm::dvec3 low(1e300), high(-1e300);
+    for (const glm::dvec3& p : surface.mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
+    const glm::dvec3 half = 0.5 * (high - low);
+    return 0.5 * std::min({half.x, half.y, half.z});
+}
+
 /// Volumes of one sequence share their reference irradiance: lamps bring it to the middle of the first surface, and
 /// both count as at their first keyframes.
 void keepReference(const ConfigValue& moving, const LoadContext& context, Scene& scene) {
@@ -174,7 +184,7 @@ void keepReference(const ConfigValue& moving, const LoadContext& context, Scene&
     const auto moves = [](const ConfigValue* table) { return table->find("keyframes") != nullptr; };
     const auto first = [&](const ConfigValue& table) { return atKeyframes(table, firstKeyframe(table, scene.frame)); };
     const bool target_moves = moves(surfaces.front());
-    std::optional<glm::dvec3> target;
+    std::optional<Surface> target;
     for (std::size_t i = 0; i < lights.size(); ++i) {
         Light& light = scene.lights[i];
         if (!light.position || !(moves(lights[i]) || target_moves)) continue;
@@ -183,10 +193,11 @@ void keepReference(const ConfigValue& moving, const LoadContext& context, Scene&
             LoadContext aside{context.name, context.directory, context.frame, context.frame_rate, quiet};
             aside.media = scene.media, aside.graded = context.graded, aside.gltf = context.gltf;
             aside.water = context.water, aside.water_index = context.water_index;
-            target = loadSurface(first(*surfaces.front()), 1, nullptr, aside).center;
+            target = loadSurface(first(*surfaces.front()), 1, nullptr, aside);
         }
         Light at_first = loadLight(first(*lights[i]), i + 1);
-        aimLight(at_first, target.value_or(scene.surfaces.front().center), scene.surfaces.front().name);
+        const Surface& lit = target ? *target : scene.surfaces.front();
+        aimLight(at_first, lit.center, lit.name, leastDistance(lit));
         light.irradiance = at_first.irradiance;
     }
 }
@@ -253,17 +264,9 @@ void refuseMoreIndices(const std::vector<const ConfigValue*>& indices) {
             indices[1]->where);
 }
 
-/// Lights shine at the middle of the first surface; those that stand in a body count as if they stood half way out of
-/// its middle, since there is no irradiance where a lamp is.
+/// Lights shine at the middle of the first surface.
 void aimAtSurface(const Surface& surface, Scene& scene) {
-    double least = 0;
-    if (surface.closed) {
-        glm::dvec3 low(1e300), high(-1e300);
-        for (const glm::dvec3& p : surface.mesh->positions) low = glm::min(low, p), high = glm::max(high, p);
-        const glm::dvec3 half = 0.5 * (high - low);
-        least = 0.5 * std::min({half.x, half.y, half.z});
-    }
-    for (Light& light : scene.lights) aimLight(light, surface.center, surface.name, least);
+    for (Light& light : scene.lights) aimLight(light, surface.center, surface.name, leastDistance(surface));
 }
 
 /// Lights shine at the middle of the object whose index bends them; those that stand in it count as if they stood half

@@ -49,6 +49,18 @@ TEST_F(Keyframes, ALampKeepsTheReferenceOfItsFirstKeyframe) {
     EXPECT_EQ(fifth.referenceIrradiance(), first.referenceIrradiance());
 }
 
+// There is no irradiance where a lamp is: it counts as standing half way out of the body that it stands in.
+TEST_F(Keyframes, ALampInTheMiddleOfAMovingBallCountsAsHalfWayOut) {
+    SceneText text = withLight("type = \"point\"\npower = 100\nposition = [0, 0, -0.5]\n");
+    text.rest =
+        "[[surface]]\nname = \"ball\"\nkind = \"sphere\"\nradius = 0.1\nior_below = 1.5\nkeyframes = [{ frame = 0, "
+        "position = [0, 0, -0.5] }, { frame = 4, position = [0, 0.8, -0.5] }]\n";
+    text.surface = "";
+    for (const int frame : {0, 2})
+        EXPECT_NEAR(load(text, frame).referenceIrradiance() * 4 * std::acos(-1.0) * 0.05 * 0.05 / 100, 1, 0.01)
+            << frame;
+}
+
 TEST_F(Keyframes, ShapesMoveAndTurn) {
     SceneText text;
     text.rest =
