@@ -226,8 +226,7 @@ private:
         if (!(share > kLeast)) return {};
         return fmt::format(
             "halving of all tubes that bend: {:.2g} of the light goes in tubes that bend by more than 'tolerance', by "
-            "up "
-            "to {:.2g} voxels, since {}; a smaller 'spacing' makes them narrower",
+            "up to {:.2g} voxels, since {}; a smaller 'spacing' makes them narrower",
             share, coarse_.by,
             coarse_.too_many ? "there are four times as many as were launched at most"
                              : "each is halved three times at most");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <string>
@@ -136,7 +137,10 @@ TEST(Wavefront, WarnsOfIndicesThatJump) {
         Listener listener;
         auto needed = std::make_shared<const NeededVoxels>(NeededVoxels::everything(sceneFrame(scene)));
         const BakeResult result = findMethod("wavefront")->bake(scene, needed, {}, listener);
-        EXPECT_EQ(result.report.skipped.size(), 1u) << "faces that do not reflect";
+        const std::vector<std::string>& skipped = result.report.skipped;
+        EXPECT_EQ(std::count_if(skipped.begin(), skipped.end(),
+                                [](const std::string& what) { return what.starts_with("reflection at faces"); }),
+                  1);
         std::string all;
         for (const std::string& warning : listener.warnings) all += warning + "\n";
         return all;
