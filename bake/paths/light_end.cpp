@@ -21,11 +21,11 @@ double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction,
     const bool plane = std::holds_alternative<Plane>(object.shape);
     const double behind = plane ? behindPlane(axis) : kOvershootVoxels,
                  longest = plane ? longestBehindPlane(axis) : kMaxOvershootVoxels;
+    const glm::dvec3 point = origin + hit.distance * direction;
     double end = hit.distance + longest * metres_per_voxel;
     if (along[axis] != 0) {
         // The hit voxel is the one that the leg comes from: a face on a voxel border must not fall to rounding.
         constexpr double kBorder = 1e-3;
-        const glm::dvec3 point = origin + hit.distance * direction;
         const double at = frame_.indexFromWorld(point)[axis] + 0.5;
         // A hair short of the last layer's far side, which rounding must not push into the next.
         constexpr double kShort = 1e-9;
@@ -33,15 +33,16 @@ double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction,
                                             : std::floor(at + kBorder) - behind + kShort;
         end = std::min(end, hit.distance + (side - at) / along[axis]);
     }
-    const glm::dvec3 point = origin + hit.distance * direction;
-    if (caster_.planesOnly()) {
-        // In a corner of planes that are both looked up, light goes on behind both.
+    if (plane) {
+        // In a corner of planes that are both looked up, light goes on behind both, whatever else stands in the scene.
         for (const Object& other : scene_.objects)
             if (const auto* stop = std::get_if<Plane>(&other.shape); stop && !other.receives()) {
                 const double t = glm::dot(stop->point - point, stop->normal) / glm::dot(direction, stop->normal);
                 if (t > 0) end = std::min(end, hit.distance + t);
             }
-        return end;
+        if (caster_.planesOnly()) return end;
+        const RayHit next = caster_.firstHit(point, direction, end - hit.distance, EndlessPlanes::LeftOut);
+        return next ? hit.distance + next.distance : end;
     }
     const RayHit next = caster_.firstHit(point, direction, end - hit.distance);
     if (!next) return end;

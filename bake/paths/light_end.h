@@ -40,9 +40,9 @@ public:
     /// Distance [m] along a leg at which its deposit ends.
     ///
     /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole
-    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object (of
-    /// planes: through those that are looked up too, as in the corner of a pool, and never through a blocker), and
-    /// through the far side of the same one only where that is close.
+    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object, and
+    /// through the far side of the same one only where that is close. Behind a plane other planes that are looked up
+    /// count for nothing, as in the corner of a pool, and what blocks does.
     /// @param direction  unit, world
     /// @return infinity without a hit
     double distance(const glm::dvec3& origin, const glm::dvec3& direction, const RayHit& hit) const;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "bake/field/prefilter.h"
@@ -101,6 +103,54 @@ TEST(Receivers, ShearedGridsAreFinerForAsManyVoxels) {
         EXPECT_GT(looked.voxels, 0.8 * static_cast<double>(aligned.voxels));
     }
     EXPECT_LT(four.relative_l1, 0.6 * aligned.relative_l1);
+}
+
+// A look-up in the corner of floor and wall mixes the voxels behind both. They stayed dark as soon as a body stood
+// anywhere in the pool, and the corner was a fifth too dark.
+TEST(Receivers, CornersAreLitWhateverElseStands) {
+    const std::string pool = R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.55]
+max = [0.55, 0.5, 0.05]
+voxel_size = 0.05
+[[light]]
+type = "sun"
+direction = [0.3, 0.1, -0.8]
+irradiance = 1000
+angular_diameter = 0
+[[surface]]
+name = "water"
+size = [4.0, 4.0]
+outside = "flat"
+flat = true
+[[object]]
+name = "floor"
+plane = { point = [0, 0, -0.48], normal = [0, 0, 1] }
+[[object]]
+name = "wall"
+plane = { point = [0.43, 0, 0], normal = [-1, 0, 0] }
+)";
+    const std::string ball = R"([[object]]
+name = "ball"
+sphere = { center = [-0.35, -0.35, -0.3], radius = 0.06 }
+)";
+    const Baked alone = bakeText(pool, "beams"), beside = bakeText(pool + ball, "beams");
+    const GridFrame& f = alone.field().frame();
+    double most = 0;
+    int behind_both = 0;
+    for (int k = f.min.z; k <= f.max.z; ++k)
+        for (int j = f.min.y; j <= f.max.y; ++j)
+            for (int i = f.min.x; i <= f.max.x; ++i) {
+                const glm::dvec3 place = f.worldFromIndex(glm::dvec3(i, j, k));
+                // Far from the ball and the water, and not farther behind floor and wall than a look-up on them
+                // reaches.
+                if (place.x < 0.1 || place.y < 0 || place.x > 0.43 + 0.05) continue;
+                if (place.z > -0.2 || place.z < -0.48 - 0.05) continue;
+                most = std::max(most, std::fabs(beside.irradiance(i, j, k) - alone.irradiance(i, j, k)));
+                behind_both += place.x > 0.43 && place.z < -0.48 && alone.irradiance(i, j, k) > 900;
+            }
+    EXPECT_GT(behind_both, 5);
+    EXPECT_LT(most, 5) << "[W/m2], of 948: half a per cent";
 }
 
 }  // namespace

@@ -103,6 +103,12 @@ TEST(LightEnd, LightBehindAPlaneEndsAtABlocker) {
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.75, 1e-6) << "a second receiver is lit as well";
     scene.objects[1].role = Role::Blocker;
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.93, 1e-6);
+    // The same where bodies stand, and those end it too.
+    scene.objects.push_back(object({2.5, 2.5, 0.2}, {2.8, 2.8, 0.9}));
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.93, 1e-6);
+    scene.objects[1].role = Role::Receiver;
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.75, 1e-6);
+    EXPECT_NEAR(endOf(scene, tenths(), {2.6, 2.6, 2}, {0, 0, -1}).z, 0.9, 1e-6);
 }
 
 }  // namespace
