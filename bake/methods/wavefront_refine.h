@@ -31,7 +31,7 @@ public:
 
     Front refine(Front front);
 
-    /// What is as it was asked for, and not: of the last front that was refined.
+    /// Of the last front that was refined.
     const FrontCoarse& coarse() const { return coarse_; }
 
     /// Halves edges that bend by more than `tolerance`, and the edges of some tubes once, until none bends by more, or

@@ -18,7 +18,8 @@ bool sameEnd(const Path& a, const Path& b, const Path& c) { return a.end == b.en
 // difference of (4/15) q^(5/2) (Hermite and Genocchi), with the roots' differences cancelled out.
 double meanOfRoot(double a, double b, double c) {
     const double sums = (a + b) * (b + c) * (c + a);
-    if (!(sums > 0)) return 8.0 / 15 * (a + b + c);                           // two of them are 0
+    // Two of them are 0, or all.
+    if (!(sums > 0)) return 8.0 / 15 * (a + b + c);
     const double e1 = a + b + c, e2 = a * b + b * c + c * a, e3 = a * b * c;  // elementary symmetric functions
     return 8.0 / 15 * (e1 * e1 * e2 - e2 * e2 - e1 * e3) / sums;
 }

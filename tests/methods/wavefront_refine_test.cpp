@@ -134,17 +134,6 @@ TEST(WavefrontRefine, ABakeSaysWhatIsCoarserThanItWasAskedFor) {
     EXPECT_EQ(said(scene), "");
 }
 
-/// Relative L1 difference of two bakes.
-double apart(const Bake& a, const Bake& b) {
-    const GridFrame& frame = a.field().frame();
-    double difference = 0, sum = 0;
-    for (int k = frame.min.z; k <= frame.max.z; ++k)
-        for (int j = frame.min.y; j <= frame.max.y; ++j)
-            for (int i = frame.min.x; i <= frame.max.x; ++i)
-                difference += std::fabs(a.fluence({i, j, k}) - b.fluence({i, j, k})), sum += b.fluence({i, j, k});
-    return difference / sum;
-}
-
 TEST(WavefrontRefine, LightIsAsFinerFrontsHaveIt) {
     struct Case {
         std::string what, domain, light, media;

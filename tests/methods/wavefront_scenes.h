@@ -51,6 +51,17 @@ inline GivenOptions operator|(GivenOptions a, const GivenOptions& b) {
 
 inline GivenOptions paths(std::int64_t count) { return with("count", count); }
 
+/// Relative L1 between two bakes of one grid, neither with noise.
+inline double apart(const Bake& a, const Bake& b) {
+    const GridFrame& frame = a.field().frame();
+    double difference = 0, sum = 0;
+    for (int k = frame.min.z; k <= frame.max.z; ++k)
+        for (int j = frame.min.y; j <= frame.max.y; ++j)
+            for (int i = frame.min.x; i <= frame.max.x; ++i)
+                difference += std::fabs(a.fluence({i, j, k}) - b.fluence({i, j, k})), sum += b.fluence({i, j, k});
+    return difference / sum;
+}
+
 struct Difference {
     double apart = 0, error = 0;  ///< mean absolute difference and mean standard error, of the mean light
     double total = 0;             ///< of the second bake's light over the first one's

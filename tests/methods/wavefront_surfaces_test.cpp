@@ -54,17 +54,6 @@ void expectClosed(const Bake& b, const std::string& what, double path = 1e-5) {
     EXPECT_LT(b.report().path.imbalance(), path) << what;
 }
 
-/// Two bakes of one grid, neither with noise.
-double apart(const Bake& a, const Bake& b) {
-    const GridFrame& frame = a.field().frame();
-    double difference = 0, sum = 0;
-    for (int k = frame.min.z; k <= frame.max.z; ++k)
-        for (int j = frame.min.y; j <= frame.max.y; ++j)
-            for (int i = frame.min.x; i <= frame.max.x; ++i)
-                difference += std::fabs(a.fluence({i, j, k}) - b.fluence({i, j, k})), sum += b.fluence({i, j, k});
-    return difference / sum;
-}
-
 /// Share of unpolarised light that passes a flat face.
 double passes(double n1, double n2, double cosine) {
     const double sine = n1 / n2 * std::sqrt(1 - cosine * cosine), other = std::sqrt(1 - sine * sine);
