@@ -306,9 +306,6 @@ int run(const PictureArguments& arguments, Terminal& terminal) {
     OutputSet outputs;
     outputs.reads("the scene", arguments.scene);
     outputs.reads("the volume", arguments.volumes);
-    std::error_code failure;
-    fs::create_directories(arguments.directory, failure);
-
     terminal.progress("read", 0);
     Album album(arguments, outputs);
     std::vector<Taken> taken;

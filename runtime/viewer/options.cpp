@@ -170,6 +170,9 @@ void take(const Given& g, Options& o) {
     o.surface = !g.no_surface;
     o.light_direction = place(g.light_direction, "--light-direction");
     o.light_position = place(g.light_position, "--light-position");
+    if (!o.environment.empty() && o.objects.empty())
+        throw Error(ErrorCode::Usage, "a panorama lies around what is seen through; give its file (.ivol) too",
+                    "--environment");
     o.bake = o.bake || o.light_direction || o.light_position;
     if ((o.bake || o.watch) && o.scene.empty())
         throw Error(ErrorCode::Usage, "what is to be baked is a scene; give its file (.toml)",

@@ -100,6 +100,7 @@ TEST(Picture, MistakesAreNamedBeforeAnythingIsWritten) {
         EXPECT_EQ(place.names(), before);
     };
     expect(3, {"--receiver", "flor"}, "floor");
+    expect(3, {"--receiver", "flor", "-o", "new/folder"}, "floor");
     expect(2, {"--slice", "w=1"}, "w=1");
     expect(2, {"--slice", "z=55"}, "z = 55");
     expect(2, {"--xray", "q"}, "q");

@@ -258,6 +258,10 @@ plane = { point = [0, 0, -0.9], normal = [0, 0, 1] }
     };
     EXPECT_EQ(refused("lens.ivol"), 2) << "neither a scene nor a volume";
     EXPECT_EQ(refused("lens.toml"), 3) << "no such file";
+    const Outcome around =
+        photic(*place_, {"view", "lens.toml", "--environment", "sky.0001.exr", "--screenshot", "shot.png"});
+    EXPECT_EQ(around.code, 2) << "around nothing";
+    EXPECT_NE(around.err.find("--environment"), std::string::npos) << around.err;
     const Outcome missing = photic(*place_, {"view", "lens.toml", "lens.ivol", "--right", "none", "--environment",
                                              "sky.####.exr", "--frames", "7", "--screenshot", "shot.png"});
     EXPECT_EQ(missing.code, 3);
