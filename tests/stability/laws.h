@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "bake/field/light_field.h"
 #include "tests/stability/scene_model.h"
@@ -16,27 +16,27 @@ struct Violation {
     std::string what;  ///< with the figure
 };
 
+/// What became of a law, or of a few that one bake tells.
+struct Judgement {
+    std::string law;     ///< one word: "field", "ledger", "photons", "linear and threads" ...
+    double seconds = 0;  ///< of processor time
+    std::optional<Violation> broken;
+};
+using Tell = std::function<void(const Judgement&)>;
+
 /// Bakes the scene as often as the laws need it: finite and not negative, |direction| <= 1, both ledgers closed, light
-/// doubled, everything moved by whole voxels, other thread counts, all voxels instead of a band, a finer tolerance, and
-/// photons of the same scene.
-/// Each is judged on its own. Files go to `directory`, which must exist.
-/// @return every law that was broken; nothing where all hold
+/// doubled, everything moved by whole voxels, three threads instead of one, all voxels instead of a band, a finer
+/// tolerance, and photons of the same scene.
+/// Each is judged on its own, and told as soon as it is. Leaves the process with one thread. Files go to `directory`,
+/// which must exist.
 /// @throws Error{Input} where the scene is refused
-std::vector<Violation> brokenLaws(const SceneModel& scene, const std::string& directory);
+void judgeLaws(const SceneModel& scene, const std::string& directory, const Tell& tell);
 
 /// The laws that one field can break by itself.
 std::optional<Violation> brokenByField(const LightField& field);
 /// What a band around receivers keeps is what a bake of everything has there.
 std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole);
-bool sameBits(const LightField& a, const LightField& b);
-
-/// What became of a scene that was tried in a process of its own.
-struct Outcome {
-    enum class Kind { Held, Refused, Broken };
-    Kind kind = Kind::Held;
-    std::vector<Violation> violations;  ///< Broken: a crash is the law "crash", an exceeded time limit "time"
-    std::string refusal;
-};
-Outcome tryScene(const SceneModel& scene, unsigned limit_seconds);
+/// Whether each value of `b` is `times` that of `a`, to the bit.
+bool sameBits(const LightField& a, const LightField& b, float times = 1);
 
 }  // namespace photic::stability

@@ -9,10 +9,14 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "tests/stability/laws.h"
+#include "bake/threads/parallel_for.h"
 #include "tests/stability/random_scene.h"
+#include "tests/stability/trial.h"
 
 namespace {
 
@@ -27,6 +31,7 @@ struct Arguments {
     double seconds = 60;
     std::uint64_t seed = 1;
     std::int64_t scenes = -1;  ///< no more than these
+    int jobs = 0;              ///< scenes side by side; 0: one a core
     bool shrink = true;
     std::string keep = "out/stability";  ///< folder of the scenes that failed
 };
@@ -34,9 +39,10 @@ struct Arguments {
 int usage() {
     fmt::print(
         stderr,
-        "photic_stability [--seconds 60] [--seed 1] [--scenes N] [--keep out/stability] [--no-shrink]\n"
+        "photic_stability [--seconds 60] [--seed 1] [--scenes N] [--jobs N] [--keep out/stability] [--no-shrink]\n"
         "Bakes random scenes, numbered from the seed on, and checks laws that hold for every scene. A scene that "
-        "breaks one is made as simple as it can be and kept. Exit code: 0, or 1 where a law was broken.\n");
+        "breaks one is made as simple as it can be and kept. As many are tried side by side as there are cores, or "
+        "--jobs says. Exit code: 0, or 1 where a law was broken.\n");
     return 2;
 }
 
@@ -67,6 +73,50 @@ void report(const SceneModel& scene, const Violation& violation, const Arguments
     std::fflush(stdout);
 }
 
+/// What became of all scenes.
+class Counts {
+public:
+    void add(const Outcome& outcome) {
+        held_ += outcome.kind == Outcome::Kind::Held;
+        failures_ += outcome.kind == Outcome::Kind::Broken;
+        if (outcome.kind == Outcome::Kind::Refused) {
+            ++refused_, ++refusals_[kindOf(outcome.refusal)];
+            return;
+        }
+        for (const Violation& violation : outcome.violations) ++broken_[violation.law];
+        double sum = 0;
+        for (const auto& [law, seconds] : outcome.seconds) law_seconds_[law] += seconds, sum += seconds;
+        scene_seconds_.push_back(sum);
+    }
+
+    std::int64_t failures() const { return failures_; }
+
+    void print() {
+        fmt::print("{} scenes held every law, {} were refused, {} broke one or more\n", held_, refused_, failures_);
+        for (const auto& [law, count] : broken_) fmt::print("  {}: {}\n", law, count);
+        for (const auto& [words, count] : refusals_) fmt::print("  refused {} times: {}\n", count, words);
+        if (!scene_seconds_.empty()) printTimes();
+    }
+
+private:
+    void printTimes() {
+        std::sort(scene_seconds_.begin(), scene_seconds_.end());
+        const auto total = [](auto from, auto to) { return std::accumulate(from, to, 0.0); };
+        const std::size_t count = scene_seconds_.size();
+        const double all = std::max(1e-9, total(scene_seconds_.begin(), scene_seconds_.end()));
+        const auto slowest = static_cast<std::ptrdiff_t>(count - (count + 19) / 20);
+        fmt::print("processor seconds a scene: mean {:.2f}, median {:.2f}; the slowest 5 % take {:.0f} % of all\n",
+                   all / static_cast<double>(count), scene_seconds_[count / 2],
+                   100 * total(scene_seconds_.begin() + slowest, scene_seconds_.end()) / all);
+        for (const auto& [law, seconds] : law_seconds_) fmt::print("  {}: {:.1f} %\n", law, 100 * seconds / all);
+    }
+
+    std::int64_t held_ = 0, refused_ = 0, failures_ = 0;
+    std::map<std::string, int> broken_, refusals_;
+    std::map<std::string, double> law_seconds_;
+    std::vector<double> scene_seconds_;
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -85,6 +135,8 @@ int main(int argc, char** argv) {
             arguments.seed = std::strtoull(value, nullptr, 10);
         else if (word == "--scenes")
             arguments.scenes = std::atoll(value);
+        else if (word == "--jobs")
+            arguments.jobs = std::atoi(value);
         else if (word == "--keep")
             arguments.keep = value;
         else
@@ -95,23 +147,19 @@ int main(int argc, char** argv) {
     const auto elapsed = [&] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     };
-    std::int64_t held = 0, refused = 0, failures = 0;
-    std::map<std::string, int> broken, refusals;
-    for (std::uint64_t seed = arguments.seed; elapsed() < arguments.seconds; ++seed) {
-        if (arguments.scenes >= 0 && seed >= arguments.seed + static_cast<std::uint64_t>(arguments.scenes)) break;
-        const SceneModel scene = photic::stability::randomScene(seed);
-        const Outcome outcome = photic::stability::tryScene(scene, kSceneSeconds);
-        held += outcome.kind == Outcome::Kind::Held, refused += outcome.kind == Outcome::Kind::Refused;
-        if (outcome.kind == Outcome::Kind::Refused) ++refusals[kindOf(outcome.refusal)];
-        if (outcome.kind != Outcome::Kind::Broken) continue;
-        ++failures;
-        for (const Violation& violation : outcome.violations) {
-            ++broken[violation.law];
-            report(scene, violation, arguments);
-        }
-    }
-    fmt::print("{} scenes held every law, {} were refused, {} broke one or more\n", held, refused, failures);
-    for (const auto& [law, count] : broken) fmt::print("  {}: {}\n", law, count);
-    for (const auto& [words, count] : refusals) fmt::print("  refused {} times: {}\n", count, words);
-    return failures > 0;
+    Counts counts;
+    std::uint64_t seed = arguments.seed;
+    const auto next = [&]() -> std::optional<SceneModel> {
+        const bool over =
+            arguments.scenes >= 0 && seed >= arguments.seed + static_cast<std::uint64_t>(arguments.scenes);
+        if (over || elapsed() >= arguments.seconds) return std::nullopt;
+        return photic::stability::randomScene(seed++);
+    };
+    const int jobs = arguments.jobs > 0 ? arguments.jobs : photic::threadCount();
+    photic::stability::tryScenes(jobs, kSceneSeconds, next, [&](const SceneModel& scene, const Outcome& outcome) {
+        counts.add(outcome);
+        for (const Violation& violation : outcome.violations) report(scene, violation, arguments);
+    });
+    counts.print();
+    return counts.failures() > 0;
 }

@@ -5,12 +5,14 @@
 
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "bake/scene/load_toml.h"
 #include "bake/threads/parallel_for.h"
 #include "tests/conformance/bake_scene.h"
 #include "tests/stability/laws.h"
 #include "tests/stability/random_scene.h"
+#include "tests/stability/trial.h"
 
 namespace photic::stability {
 namespace {
@@ -20,12 +22,16 @@ constexpr int kScenes = 24;
 
 TEST(Stability, RandomScenesHoldEveryLaw) {
     int held = 0;
-    for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + kScenes; ++seed) {
-        const Outcome outcome = tryScene(randomScene(seed), 60);
+    std::uint64_t seed = kFirstSeed;
+    const auto next = [&]() -> std::optional<SceneModel> {
+        if (seed == kFirstSeed + kScenes) return std::nullopt;
+        return randomScene(seed++);
+    };
+    tryScenes(threadCount(), 60, next, [&](const SceneModel& scene, const Outcome& outcome) {
         held += outcome.kind == Outcome::Kind::Held;
         for (const Violation& v : outcome.violations)
-            ADD_FAILURE() << "seed " << seed << ": " << v.law << ": " << v.what;
-    }
+            ADD_FAILURE() << "seed " << scene.seed << ": " << v.law << ": " << v.what;
+    });
     EXPECT_GT(held, kScenes / 2) << "most scenes were refused";
 }
 
@@ -54,6 +60,8 @@ TEST(Stability, BrokenFieldsAreNoticed) {
     EXPECT_TRUE(brokenByBand(fieldOf(1.001f, 1), fieldOf(1, 1)));
     EXPECT_TRUE(sameBits(fieldOf(1, 1), fieldOf(1, 1)));
     EXPECT_FALSE(sameBits(fieldOf(1, 1), fieldOf(std::nextafter(1.0f, 2.0f), 1)));
+    EXPECT_TRUE(sameBits(fieldOf(1, 1), fieldOf(2, 2), 2));
+    EXPECT_FALSE(sameBits(fieldOf(1, 1), fieldOf(std::nextafter(2.0f, 3.0f), 2), 2));
 }
 
 TEST(Stability, ScenesShrinkToWhatMatters) {
