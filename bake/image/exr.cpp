@@ -38,9 +38,68 @@ struct Windows {
     int height() const { return display.max.y - display.min.y + 1; }
 };
 
+std::uint32_t littleEndian(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 4; i > 0; --i) value = value << 8 | static_cast<unsigned char>(bytes[at + i - 1]);
+    return value;
+}
+
+/// Bytes of an attribute whose type settles them; 0 of the others. OpenEXR reads as many, whatever the header says.
+std::size_t bytesOfType(const std::string& type) {
+    struct Fixed {
+        std::string_view type;
+        std::size_t bytes;
+    };
+    constexpr std::array<Fixed, 24> kFixed{{{"box2f", 16},
+                                            {"box2i", 16},
+                                            {"chromaticities", 32},
+                                            {"compression", 1},
+                                            {"deepImageState", 1},
+                                            {"double", 8},
+                                            {"envmap", 1},
+                                            {"float", 4},
+                                            {"int", 4},
+                                            {"keycode", 28},
+                                            {"lineOrder", 1},
+                                            {"m33d", 72},
+                                            {"m33f", 36},
+                                            {"m44d", 128},
+                                            {"m44f", 64},
+                                            {"rational", 8},
+                                            {"tiledesc", 9},
+                                            {"timecode", 8},
+                                            {"v2d", 16},
+                                            {"v2f", 8},
+                                            {"v2i", 8},
+                                            {"v3d", 24},
+                                            {"v3f", 12},
+                                            {"v3i", 12}}};
+    for (const Fixed& f : kFixed)
+        if (f.type == type) return f.bytes;
+    return 0;
+}
+
+/// Where a list of channels that begins at `at` ends, going by its own names; npos where the file ends before.
+std::size_t endOfChannels(const std::string& bytes, std::size_t at) {
+    constexpr std::size_t kAfterName = 16;  // type, linearity, two samplings
+    while (at < bytes.size() && bytes[at] != 0) {
+        const std::size_t name_end = bytes.find('\0', at);
+        if (name_end == std::string::npos) return std::string::npos;
+        at = name_end + 1 + kAfterName;
+    }
+    return at < bytes.size() ? at + 1 : std::string::npos;
+}
+
 /// Refuses a header that says of an attribute that it is longer than what is left of the file: OpenEXR would take as
-/// much memory before it finds out, two gigabytes for a file of 38 bytes. What else is wrong it tells itself.
+/// much memory before it finds out, two gigabytes for a file of 38 bytes. So does one whose attribute has another
+/// length than its contents, by which OpenEXR goes: the next would be looked for in two places. What else is wrong
+/// it tells itself.
 void checkAttributes(const std::string& bytes, const std::string& path) {
+    const auto refuse = [&](const std::string& why) {
+        throw Error(ErrorCode::Input, fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): an "
+                                                  "attribute of its header {}",
+                                                  path, bytes.size(), why));
+    };
     const bool has_parts = bytes.size() > 5 && (static_cast<unsigned char>(bytes[5]) & 0x10) != 0;
     bool begins = true;  // a header; of several parts, one that is empty ends them
     for (std::size_t at = 8; at < bytes.size();) {
@@ -53,14 +112,13 @@ void checkAttributes(const std::string& bytes, const std::string& path) {
         const std::size_t name_end = bytes.find('\0', at),
                           type_end = bytes.find('\0', std::min(name_end, bytes.size() - 1) + 1);
         if (type_end == std::string::npos || bytes.size() - type_end < 5) return;
-        std::uint32_t length = 0;  // little-endian
-        for (std::size_t i = 4; i > 0; --i) length = length << 8 | static_cast<unsigned char>(bytes[type_end + i]);
+        const std::uint32_t length = littleEndian(bytes, type_end + 1);
         at = type_end + 5;
-        if (length > bytes.size() - at)
-            throw Error(ErrorCode::Input,
-                        fmt::format("cannot read '{}', which is damaged or truncated ({} bytes): an attribute of its "
-                                    "header is said to be {} bytes long",
-                                    path, bytes.size(), length));
+        if (length > bytes.size() - at) refuse(fmt::format("is said to be {} bytes long", length));
+        const std::string type = bytes.substr(name_end + 1, type_end - name_end - 1);
+        const std::size_t holds = type == "chlist" ? endOfChannels(bytes, at) - at : bytesOfType(type);
+        if (holds != 0 && holds != length)
+            refuse(fmt::format("of the type {} is said to be {} bytes long, which is not what it holds", type, length));
         at += length;
     }
 }
