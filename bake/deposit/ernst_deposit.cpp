@@ -4,146 +4,115 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <glm/vec2.hpp>
-#include <unordered_map>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
-#include "bake/deposit/slabs.h"
 #include "bake/threads/parallel_for.h"
 
 namespace photic {
 namespace {
 
-// The tubes around a corner: their power, and twice their signed area as a quadratic in w [section 3.4: a + alpha b +
-// alpha^2 c].
-struct Fan {
-    double power = 0, a = 0, b = 0, c = 0;
-    double area(double w) const { return 0.5 * (a + w * (b + w * c)); }
-};
-
-struct CornerHash {
-    std::size_t operator()(const std::array<double, 3>& p) const {
-        std::uint64_t hash = 0;
-        for (const double value : p) {
-            std::uint64_t bits;
-            std::memcpy(&bits, &value, sizeof bits);
-            hash = (hash ^ bits) * 0x9e3779b97f4a7c15ull;
-            hash ^= hash >> 31;
-        }
-        return static_cast<std::size_t>(hash);
-    }
-};
-
-double cross(const glm::dvec2& p, const glm::dvec2& q) { return p.x * q.y - p.y * q.x; }
-
-glm::dvec2 at(const CornerRay& ray, double w) {
-    return {ray.u + ray.du_dw * (w - ray.w), ray.v + ray.dv_dw * (w - ray.w)};
-}
-
-// Blocks repeat the corners on their rims: corners at the same place share a fan.
-std::vector<std::uint32_t> gatherFans(const TubeSet& set, std::vector<Fan>& fans) {
-    std::vector<std::uint32_t> fan_of(set.corners.size());
-    std::unordered_map<std::array<double, 3>, std::uint32_t, CornerHash> known;
-    for (std::size_t i = 0; i < set.corners.size(); ++i) {
-        const auto [it, fresh] = known.try_emplace({set.corners[i].u, set.corners[i].v, set.corners[i].w},
-                                                   static_cast<std::uint32_t>(fans.size()));
-        if (fresh) fans.emplace_back();
-        fan_of[i] = it->second;
-    }
-    for (const TubeBlock& block : set.blocks)
-        for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {
-            const std::uint8_t* c = block.topology->triangles[t].corner;
-            const CornerRay *r0 = &set.corners[block.first_corner + c[0]],
-                            *r1 = &set.corners[block.first_corner + c[1]],
-                            *r2 = &set.corners[block.first_corner + c[2]];
-            const glm::dvec2 k1 = at(*r1, 0) - at(*r0, 0), k2 = at(*r2, 0) - at(*r0, 0);
-            const glm::dvec2 l1(r1->du_dw - r0->du_dw, r1->dv_dw - r0->dv_dw),
-                l2(r2->du_dw - r0->du_dw, r2->dv_dw - r0->dv_dw);
-            for (int i = 0; i < 3; ++i) {
-                Fan& fan = fans[fan_of[block.first_corner + c[i]]];
-                fan.power += set.tubes[block.first_tube + t].power[0];
-                fan.a += cross(k1, k2), fan.b += cross(k1, l2) + cross(l1, k2), fan.c += cross(l1, l2);
-            }
-        }
-    return fan_of;
-}
-
-/// One tube across one layer: the triangle, and what it interpolates.
-struct CutTube {
-    glm::dvec2 p[3];
-    double power[3], area[3];  ///< of the corners' fans
-    double whole;              ///< twice the triangle's area, signed
+/// What is found at a point of a tube.
+struct ErnstPoint {
+    double density = -1;  ///< power an area of the layers' plane [W per voxel face]; below 0 beside the tube
+    double layers = 0;    ///< from where the light began [layers]
 };
 
 /// Lays tubes layer by layer.
 class ErnstLayers {
 public:
-    ErnstLayers(const TubeSet& set, LightField& field)
+    ErnstLayers(const TubeSet& set, const ErnstFans& fans, std::size_t number, LightField& field)
         : set_(set),
+          fans_(fans),
+          number_(number),
           field_(field),
-          fan_of_(gatherFans(set, fans_)),
           axes_(axesFor(set.axis)),
           per_volume_(1 / field.frame().voxelVolume()) {}
 
-    /// Adds tube `t` of a block in layer `w`.
-    void add(const TubeBlock& block, std::size_t t, int w) const {
-        CutTube cut;
-        if (!cutAt(block, t, w, cut)) return;
-        const GridFrame& frame = field_.frame();
-        const auto [least_u, most_u] = std::minmax({cut.p[0].x, cut.p[1].x, cut.p[2].x});
-        const auto [least_v, most_v] = std::minmax({cut.p[0].y, cut.p[1].y, cut.p[2].y});
-        const int low_u = std::max(frame.min[axes_[0]], static_cast<int>(std::ceil(least_u)));
-        const int high_u = std::min(frame.max[axes_[0]], static_cast<int>(std::floor(most_u)));
-        const int low_v = std::max(frame.min[axes_[1]], static_cast<int>(std::ceil(least_v)));
-        const int high_v = std::min(frame.max[axes_[1]], static_cast<int>(std::floor(most_v)));
-        for (int u = low_u; u <= high_u; ++u)
-            for (int v = low_v; v <= high_v; ++v) {
-                const double density = densityAt(cut, {u, v});
-                if (density < 0) continue;
-                glm::ivec3 voxel;
-                voxel[axes_[0]] = u, voxel[axes_[1]] = v, voxel[axes_[2]] = w;
-                addVoxel(block, t, voxel, density);
-            }
+    /// Adds tube `t` of a block in the layers from `first` to `last`.
+    void add(const TubeBlock& block, std::size_t t, int first, int last) const {
+        const std::size_t index = block.first_tube + t;
+        const ErnstTube& tube = fans_.tube(number_, index);
+        if (tube.normal == glm::dvec3(0)) return;
+        double end[3];
+        for (int i = 0; i < 3; ++i)
+            end[i] = set_.corners[block.first_corner + block.topology->triangles[t].corner[i]].w_end;
+        for (int w = first; w <= last; ++w) {
+            glm::ivec3 low, high;
+            if (!boxAt(tube, end, w, low, high)) continue;
+            for (glm::ivec3 voxel = low; voxel[axes_[0]] <= high[axes_[0]]; ++voxel[axes_[0]])
+                for (voxel[axes_[1]] = low[axes_[1]]; voxel[axes_[1]] <= high[axes_[1]]; ++voxel[axes_[1]]) {
+                    const ErnstPoint point = at(tube, end, voxel);
+                    if (point.density >= 0) addVoxel(block, set_.tubes[index], voxel, point);
+                }
+        }
     }
 
 private:
-    bool cutAt(const TubeBlock& block, std::size_t t, int w, CutTube& cut) const {
-        const std::uint8_t* c = block.topology->triangles[t].corner;
+    // The voxels of a layer whose centres a tube can hold. Its rays there are mixtures of the corners', at mixtures of
+    // the corners' times: all lie in the hull of nine points.
+    bool boxAt(const ErnstTube& tube, const double* end, int w, glm::ivec3& low, glm::ivec3& high) const {
+        const GridFrame& frame = field_.frame();
+        const int axis = axes_[2];
+        double least = 1e300, most = -1e300;
+        bool ended = true;
         for (int i = 0; i < 3; ++i) {
-            const std::uint32_t corner = block.first_corner + c[i];
-            const CornerRay& ray = set_.corners[corner];
-            if (set_.sense * (w - ray.w) < 0 || set_.sense * (ray.w_end - static_cast<double>(w)) < 0) return false;
-            cut.p[i] = at(ray, w);
-            cut.power[i] = fans_[fan_of_[corner]].power, cut.area[i] = fans_[fan_of_[corner]].area(w);
+            const double alpha = (w - tube.ray[i].start[axis]) / tube.ray[i].along[axis];
+            least = std::min(least, alpha), most = std::max(most, alpha);
+            ended = ended && set_.sense * (end[i] - w) < 0;
         }
-        cut.whole = cross(cut.p[1] - cut.p[0], cut.p[2] - cut.p[0]);
-        return cut.whole != 0;
+        if (ended || most < std::min({tube.opens[0], tube.opens[1], tube.opens[2]})) return false;
+        glm::dvec3 from(1e300), to(-1e300);
+        for (const FanRay& ray : tube.ray)
+            for (const double alpha : {least, most}) {
+                const glm::dvec3 point = ray.start + alpha * ray.along;
+                from = glm::min(from, point), to = glm::max(to, point);
+            }
+        low[axis] = high[axis] = w;
+        for (const int a : {axes_[0], axes_[1]}) {
+            low[a] = static_cast<int>(std::max<double>(frame.min[a], std::ceil(from[a])));
+            high[a] = static_cast<int>(std::min<double>(frame.max[a], std::floor(to[a])));
+        }
+        return low[axes_[0]] <= high[axes_[0]] && low[axes_[1]] <= high[axes_[1]];
     }
 
-    /// Power an area at a point; below 0 beside the tube.
-    static double densityAt(const CutTube& cut, const glm::dvec2& x) {
-        const auto& [p, power, area, whole] = cut;
-        const double b0 = cross(p[1] - x, p[2] - x) / whole, b1 = cross(p[2] - x, p[0] - x) / whole, b2 = 1 - b0 - b1;
-        if (b0 < 0 || b1 < 0 || b2 < 0) return -1;
-        const double denominator = std::fabs(b0 * area[0] + b1 * area[1] + b2 * area[2]);
-        if (denominator <= 0) return -1;
-        return (b0 * power[0] + b1 * power[1] + b2 * power[2]) / denominator;
+    ErnstPoint at(const ErnstTube& tube, const double* end, const glm::ivec3& voxel) const {
+        const glm::dvec3 point(voxel);
+        const double alpha = glm::dot(tube.normal, point - tube.origin);
+        // [section 3.3] the caustic triangle, and the point's weights in it.
+        glm::dvec3 c[3];
+        for (int i = 0; i < 3; ++i) c[i] = tube.ray[i].start + alpha * tube.ray[i].along;
+        const double whole = glm::dot(tube.normal, glm::cross(c[1] - c[0], c[2] - c[0]));
+        if (whole == 0) return {};
+        const double b0 = glm::dot(tube.normal, glm::cross(c[1] - point, c[2] - point)) / whole,
+                     b1 = glm::dot(tube.normal, glm::cross(c[2] - point, c[0] - point)) / whole, b2 = 1 - b0 - b1;
+        if (b0 < 0 || b1 < 0 || b2 < 0) return {};
+        const auto mixed = [&](double x0, double x1, double x2) { return b0 * x0 + b1 * x1 + b2 * x2; };
+        const int axis = axes_[2], w = voxel[axis];
+        if (alpha < mixed(tube.opens[0], tube.opens[1], tube.opens[2])) return {};
+        if (set_.sense * (mixed(end[0], end[1], end[2]) - w) < 0) return {};
+        // [section 3.4] power over the area of the flattened fans, across the layers.
+        const double along = mixed(tube.ray[0].along[axis], tube.ray[1].along[axis], tube.ray[2].along[axis]);
+        const double area = mixed(tube.fan[0].at(alpha), tube.fan[1].at(alpha), tube.fan[2].at(alpha));
+        if (area == 0) return {};
+        ErnstPoint out;
+        out.density = mixed(tube.fan[0].power, tube.fan[1].power, tube.fan[2].power) * std::fabs(along / area);
+        out.layers = std::fabs((alpha - mixed(tube.opens[0], tube.opens[1], tube.opens[2])) * along);
+        return out;
     }
 
-    void addVoxel(const TubeBlock& block, std::size_t t, const glm::ivec3& voxel, double density) const {
+    void addVoxel(const TubeBlock& block, const TubeConstants& tube, const glm::ivec3& voxel,
+                  const ErnstPoint& point) const {
         const int slot = field_.needed().slotOf(voxel);
         if (slot < 0 || !field_.needed().contains(voxel)) return;
-        const std::uint8_t* c = block.topology->triangles[t].corner;
-        const TubeConstants& tube = set_.tubes[block.first_tube + t];
         const int irradiance = field_.channels().irradiance;
         float* out = field_.makeDense(slot) + NeededVoxels::offsetInLeaf(voxel);
         double mean = 0;
         for (int k = 0; k < irradiance; ++k) {
-            const double sigma = block.extinction[k];
-            const double path = std::fabs(voxel[axes_[2]] - set_.corners[block.first_corner + c[0]].w) * tube.length;
             // Other channels follow the tube's own share of power.
             const double share = tube.power[0] > 0 ? tube.power[k] / tube.power[0] : 1;
-            const double here = density * share * std::exp(-sigma * path) * per_volume_;
+            const double here =
+                point.density * share * std::exp(-block.extinction[k] * point.layers * tube.length) * per_volume_;
             out[k * LightField::kLeafVoxels] += static_cast<float>(here * tube.length);
             mean += here / irradiance;
         }
@@ -153,28 +122,27 @@ private:
     }
 
     const TubeSet& set_;
+    const ErnstFans& fans_;
+    const std::size_t number_;
     LightField& field_;
-    std::vector<Fan> fans_;
-    const std::vector<std::uint32_t> fan_of_;  ///< by corner
     const std::array<int, 3> axes_;
     const double per_volume_;
 };
 
 }  // namespace
 
-void depositErnst(const TubeSet& set, LightField& field, Monitor& monitor) {
-    if (set.empty()) return;
-    const ErnstLayers layers(set, field);
+void depositErnst(const TubeSet& tubes, const ErnstFans& fans, std::size_t set, LightField& field, Monitor& monitor) {
+    if (tubes.empty()) return;
+    const ErnstLayers layers(tubes, fans, set, field);
     const GridFrame& frame = field.frame();
-    const int first_leaf = frame.min[set.axis] >> 3, leaves = (frame.max[set.axis] >> 3) - first_leaf + 1;
+    const int first_leaf = frame.min[tubes.axis] >> 3, leaves = (frame.max[tubes.axis] >> 3) - first_leaf + 1;
     // A row of leaves along w belongs to one thread.
     parallelFor(leaves, [&](std::int64_t row) {
         monitor.checkCancelled();
-        const int first = std::max(frame.min[set.axis], (first_leaf + static_cast<int>(row)) * 8);
-        const int last = std::min(frame.max[set.axis], (first_leaf + static_cast<int>(row)) * 8 + 7);
-        for (const TubeBlock& block : set.blocks)
-            for (std::size_t t = 0; t < block.topology->triangles.size(); ++t)
-                for (int w = first; w <= last; ++w) layers.add(block, t, w);
+        const int first = std::max(frame.min[tubes.axis], (first_leaf + static_cast<int>(row)) * 8);
+        const int last = std::min(frame.max[tubes.axis], (first_leaf + static_cast<int>(row)) * 8 + 7);
+        for (const TubeBlock& block : tubes.blocks)
+            for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) layers.add(block, t, first, last);
     });
 }
 

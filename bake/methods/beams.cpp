@@ -177,15 +177,17 @@ private:
 
     void layWaiting(LobeFields& field) {
         const Stopwatch watch;
+        std::optional<ErnstFans> fans;
+        if (options_.interpolation == BeamsInterpolation::Ernst) fans.emplace(waiting_);
         for (std::size_t s = 0; s < waiting_.size(); ++s) {
             const TubeSet& set = waiting_[s];
             if (set.empty()) continue;
             LightField& lobe = s < kSetsALobe ? field.first : *field.second;
-            if (options_.interpolation != BeamsInterpolation::Ernst) {
+            if (!fans) {
                 voxelise(set, lobe, voxelise_, totals_, monitor_);
                 continue;
             }
-            depositErnst(set, lobe, monitor_);
+            depositErnst(set, *fans, s, lobe, monitor_);
             // What the tubes carry, for the ledger: its imbalance is the interpolation's error in energy.
             LightField exact(lobe.neededPtr(), {lobe.channels().irradiance, false});
             voxelise(set, exact, voxelise_, totals_, monitor_);
