@@ -15,6 +15,7 @@
 #include <variant>
 
 #include "bake/methods/plane_light.h"
+#include "bake/picture/closed_bodies.h"
 #include "bake/picture/receiver_picture.h"
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
@@ -31,7 +32,9 @@ constexpr double kDearer = 1.8, kSecondsAQuestion = 0.02;
 // wall, and is much the same from strip to strip.
 constexpr std::array<int, 8> kStrips{2, 5, 0, 7, 4, 1, 6, 3};
 constexpr std::size_t kFewestStrips = 2;
-constexpr std::size_t kMostReceivers = 4, kMostFaces = 4;  // the largest ones
+constexpr std::size_t kMostReceivers = 4;  // the largest ones
+constexpr std::size_t kMostFaces = 4;      // of a mesh, those with most light
+constexpr double kLeastShare = 0.01;       // of a mesh's area, for its faces to tell of it
 
 /// A flat part of a receiver: a plane's rectangle, or that around a triangle of a mesh.
 struct Face {
@@ -100,16 +103,56 @@ double areaOf(const Polygon& polygon) {
     return 0.5 * glm::length(twice);
 }
 
-/// The square of texels around what of a triangle lies in the domain, on the side that the volume's light comes to.
-Face faceOf(const std::array<glm::dvec3, 3>& corners, const Polygon& polygon, double detail,
-            const VolumeLookup& lookup) {
-    glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0])), middle(0);
+/// What nobody looks at: places behind planes that stop light, and within closed bodies.
+class HiddenPlaces {
+public:
+    explicit HiddenPlaces(const Scene& scene) : scene_(scene), bodies_(scene) {}
+    /// Of a place on the receiver `name`, with its normal and the half of a texel [m].
+    bool hold(const std::string& name, const glm::dvec3& point, const glm::dvec3& normal, double margin) const {
+        for (const Object& object : scene_.objects) {
+            const Plane* plane = std::get_if<Plane>(&object.shape);
+            if (!plane || !object.blocks() || object.name == name) continue;
+            if (glm::dot(plane->normal, point - plane->point) < margin) return true;
+        }
+        return bodies_.hold(point + margin * normal);
+    }
+
+private:
+    const Scene& scene_;
+    ClosedBodies bodies_;
+};
+
+/// The volume and what of the receivers in it is seen.
+struct Seen {
+    const VolumeLookup& lookup;
+    const HiddenPlaces& hidden;
+};
+
+/// Light [W] that falls on a polygon's side and is seen, going by look-ups at some places.
+double lightOn(const Seen& seen, const std::string& name, const Polygon& polygon, const glm::dvec3& normal,
+               double margin) {
+    constexpr int kParts = 4;  // of a side
+    double light = 0;
+    for (std::size_t i = 2; i < polygon.size(); ++i) {
+        const glm::dvec3 u = polygon[i - 1] - polygon[0], v = polygon[i] - polygon[0];
+        const double area = 0.5 * glm::length(glm::cross(u, v)) / (kParts * kParts);
+        for (int a = 0; a < kParts; ++a)
+            for (int b = 0; a + b < kParts; ++b)
+                for (const double third : {1.0 / 3, 2.0 / 3}) {
+                    if (third > 0.5 && a + b + 1 == kParts) continue;
+                    const glm::dvec3 at = polygon[0] + (a + third) / kParts * u + (b + third) / kParts * v;
+                    if (seen.hidden.hold(name, at, normal, margin)) continue;
+                    const glm::dvec3 e = seen.lookup.receiverIrradiance(at, normal);
+                    light += area * (e.x + e.y + e.z) / 3;
+                }
+    }
+    return light;
+}
+
+/// The square of texels around what of a triangle lies in the domain, on the side of `normal`.
+Face faceOf(const std::array<glm::dvec3, 3>& corners, const Polygon& polygon, const glm::dvec3& normal, double detail) {
+    glm::dvec3 middle(0);
     for (const glm::dvec3& p : polygon) middle += p / static_cast<double>(polygon.size());
-    const auto lit = [&](const glm::dvec3& n) {
-        const glm::dvec3 e = lookup.receiverIrradiance(middle, n);
-        return e.x + e.y + e.z;
-    };
-    if (lit(-normal) > lit(normal)) normal = -normal;
     const glm::dvec3 across = glm::cross(glm::dvec3(0, 0, 1), normal);
     const glm::dvec3 right = glm::length(across) > 1e-9 ? glm::normalize(across) : glm::dvec3(1, 0, 0),
                      up = glm::cross(normal, right);
@@ -132,10 +175,11 @@ Face faceOf(const std::array<glm::dvec3, 3>& corners, const Polygon& polygon, do
     return face;
 }
 
-/// The largest triangles of a mesh, where they are wider than some texels.
+/// The triangles of a mesh that get most light, where they are wider than some texels.
 Receiver meshReceiver(const Scene& scene, const Object& object, const TriangleMesh& mesh, double detail,
-                      const VolumeLookup& lookup) {
-    constexpr int kNarrowest = 8;  // texels
+                      const Seen& seen) {
+    constexpr int kNarrowest = 8;             // texels
+    constexpr std::size_t kCandidates = 256;  // the largest
     Receiver receiver{object.name, {}, 0};
     const auto cornersOf = [&](std::size_t t) {
         const auto& index = mesh.triangles[t];
@@ -154,25 +198,40 @@ Receiver meshReceiver(const Scene& scene, const Object& object, const TriangleMe
     if (by_area.empty()) return receiver;
     const glm::dvec3 size = high - low;
     if (!(detail > 0)) detail = std::max({size.x, size.y, size.z}) / kTexelsASide;
-    const std::size_t count = std::min(by_area.size(), kMostFaces);
+    const std::size_t count = std::min(by_area.size(), kCandidates);
     std::partial_sort(by_area.begin(), by_area.begin() + static_cast<std::ptrdiff_t>(count), by_area.end());
+    std::vector<std::pair<double, Face>> by_light;
     for (std::size_t i = 0; i < count; ++i) {
         const auto corners = cornersOf(by_area[i].second);
-        Face face = faceOf(corners, withinDomain(scene.domain, corners), detail, lookup);
-        if (face.texels.columns >= kNarrowest && face.texels.rows >= kNarrowest)
-            receiver.faces.push_back(std::move(face));
+        const Polygon polygon = withinDomain(scene.domain, corners);
+        glm::dvec3 normal = glm::normalize(glm::cross(corners[1] - corners[0], corners[2] - corners[0]));
+        double light = lightOn(seen, object.name, polygon, normal, 0.5 * detail);
+        const double behind = lightOn(seen, object.name, polygon, -normal, 0.5 * detail);
+        if (behind > light) light = behind, normal = -normal;
+        Face face = faceOf(corners, polygon, normal, detail);
+        if (light > 0 && face.texels.columns >= kNarrowest && face.texels.rows >= kNarrowest)
+            by_light.emplace_back(light, std::move(face));
     }
+    std::stable_sort(by_light.begin(), by_light.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    double measured = 0;
+    for (auto& [light, face] : by_light) {
+        if (receiver.faces.size() == kMostFaces) break;
+        measured += areaOf(withinDomain(scene.domain, *face.triangle));
+        receiver.faces.push_back(std::move(face));
+    }
+    // A few of a ball's facets, all at its brightest place, tell nothing of the ball.
+    if (measured < kLeastShare * receiver.area) receiver.faces.clear();
     return receiver;
 }
 
 /// The receivers that lie in the domain and have flat parts; those that stay where they are, if there are any.
-std::vector<Receiver> receiversOf(const Scene& scene, double detail, const VolumeLookup& lookup) {
+std::vector<Receiver> receiversOf(const Scene& scene, double detail, const Seen& seen) {
     std::vector<Receiver> fixed, movable;
     for (const Object& object : scene.objects) {
         if (!object.receives()) continue;
         Receiver receiver{object.name, {}, 0};
         if (const auto* mesh = std::get_if<std::shared_ptr<const TriangleMesh>>(&object.shape)) {
-            receiver = meshReceiver(scene, object, **mesh, detail, lookup);
+            receiver = meshReceiver(scene, object, **mesh, detail, seen);
         } else if (std::holds_alternative<Plane>(object.shape)) {
             try {
                 const int resolution = resolutionFor(scene, object.name, detail);
@@ -188,16 +247,6 @@ std::vector<Receiver> receiversOf(const Scene& scene, double detail, const Volum
     std::stable_sort(all.begin(), all.end(), [](const Receiver& a, const Receiver& b) { return a.area > b.area; });
     if (all.size() > kMostReceivers) all.erase(all.begin() + kMostReceivers, all.end());
     return all;
-}
-
-/// Nobody looks behind a plane that stops light.
-bool isHidden(const Scene& scene, const std::string& name, const glm::dvec3& point, double margin) {
-    for (const Object& object : scene.objects) {
-        const Plane* plane = std::get_if<Plane>(&object.shape);
-        if (!plane || !object.blocks() || object.name == name) continue;
-        if (glm::dot(plane->normal, point - plane->point) < margin) return true;
-    }
-    return false;
 }
 
 PlaneTexels stripOf(const PlaneTexels& all, int number) {
@@ -245,8 +294,8 @@ std::vector<PlaneTexels> partsOf(const Scene& scene, const PlaneTexels& texels, 
 }
 
 /// Look-ups, mean over each texel.
-void lookUp(const Scene& scene, const std::string& name, const Face& face, const PlaneTexels& texels,
-            const VolumeLookup& lookup, ReceiverPatch& patch) {
+void lookUp(const Scene& scene, const std::string& name, const Face& face, const PlaneTexels& texels, const Seen& seen,
+            ReceiverPatch& patch) {
     const double voxel = scene.domain.voxel_size;
     constexpr double kRounding = 1e-9;
     const int points = std::clamp(static_cast<int>(std::ceil(2 * texels.side() / voxel)), 1, 4);
@@ -256,15 +305,15 @@ void lookUp(const Scene& scene, const std::string& name, const Face& face, const
         for (int i = 0; i < texels.columns; ++i) {
             const auto n = static_cast<std::size_t>(j * texels.columns + i);
             const glm::dvec3 centre = texels.centre(i, j);
-            if (!face.holds(centre) || isHidden(scene, name, centre, 0.5 * texels.side()) ||
-                lookup.covered(centre) < 1 - kRounding) {
+            if (!face.holds(centre) || seen.lookup.covered(centre) < 1 - kRounding ||
+                seen.hidden.hold(name, centre, texels.normal, 0.5 * texels.side())) {
                 patch.light[n] = -1;
                 continue;
             }
             glm::dvec3 sum(0);
             for (int b = 0; b < points; ++b)
                 for (int a = 0; a < points; ++a)
-                    sum += lookup.receiverIrradiance(
+                    sum += seen.lookup.receiverIrradiance(
                         texels.origin + (i + (a + 0.5) / points) * texels.right + (j + (b + 0.5) / points) * texels.up,
                         texels.normal);
             patch.found[n] = static_cast<float>((sum.x + sum.y + sum.z) / (3 * points * points));
@@ -339,7 +388,9 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
                                    Measure how, Monitor& monitor) {
     MeasuredReceivers measured;
     const VolumeLookup lookup(volume);
-    const std::vector<Receiver> receivers = receiversOf(scene, detail, lookup);
+    const HiddenPlaces hidden(scene);
+    const Seen seen{lookup, hidden};
+    const std::vector<Receiver> receivers = receiversOf(scene, detail, seen);
     if (!volume.has_direction || !volume.has_irradiance) {
         measured.not_measured = "the volume has no direction";
     } else if (receivers.empty()) {
@@ -368,7 +419,7 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
             for (const PlaneTexels& part : parts) {
                 monitor.checkCancelled();
                 ReceiverPatch patch{part.columns, part.rows, planeIrradiance(scene, part, limit, monitor), {}};
-                lookUp(scene, receiver.name, face, part, lookup, patch);
+                lookUp(scene, receiver.name, face, part, seen, patch);
                 patches.push_back(std::move(patch));
             }
         }

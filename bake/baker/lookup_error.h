@@ -28,9 +28,9 @@ struct MeasuredReceivers {
     double largest() const;
 };
 
-/// Measures look-ups on the scene's flat receivers, planes and the largest triangles of meshes: sum of |look-up -
-/// light| over the sum of light, on texels of `detail`, each the mean over its texel (DESIGN 5; docs/accuracy.md). The
-/// light is planeIrradiance.
+/// Measures look-ups on the scene's flat receivers, planes and the triangles of meshes that get most light, where they
+/// are seen: sum of |look-up - light| over the sum of light, on texels of `detail`, each the mean over its texel
+/// (DESIGN 5; docs/accuracy.md). The light is planeIrradiance.
 /// @param detail        [m]; 0: a 512th of each receiver's longer side
 /// @param bake_seconds  that the bake is expected to take, of one thread
 /// @throws Error{Cancelled}

@@ -11,6 +11,7 @@
 #include "bake/field/scene_grid.h"
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
+#include "bake/scene/mesh_file.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
 #include "tests/baker/pool_scene.h"
@@ -111,6 +112,25 @@ TEST(LookupError, OfAMeshIsThatOfThePlaneThatItLiesIn) {
     choices.detail = 1e-6;
     const BakedScene fine = bakeScene(scene, record, choices);
     EXPECT_GT(fine.report.receivers.front().detail, 1e-4);
+}
+
+// A step before a higher one: its sides are larger than its top, dark, and covered or under ground. What bleeds into
+// them by look-ups made 870 % of it.
+TEST(LookupError, OfAStepIsThatOfWhatIsSeenOfIt) {
+    Scene scene = poolOver(2.0 / 64, 0);
+    const auto step = [&](const std::string& name, const glm::dvec3& min, const glm::dvec3& max) {
+        Object object;
+        object.name = name, object.shape = std::make_shared<const TriangleMesh>(boxMesh(min, max));
+        scene.objects.push_back(object);
+    };
+    step("high", {-0.5, -2, -1.7}, {-0.2, 2, -0.5});
+    step("low", {-0.2, -2, -1.7}, {0.2, 2, -0.9});
+    Record record;
+    const BakedScene baked = bakeScene(scene, record, measured());
+    const auto& said = baked.report.receivers;
+    const auto low = std::find_if(said.begin(), said.end(), [](const ReceiverError& e) { return e.name == "low"; });
+    ASSERT_NE(low, said.end());
+    EXPECT_LT(low->relative_l1, 0.5);
 }
 
 TEST(LookupError, IsTheSameForAnyNumberOfThreads) {
