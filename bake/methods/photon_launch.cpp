@@ -69,24 +69,9 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
       surface_index_(surface),
       surface_(&scene.surfaces[static_cast<std::size_t>(surface)]),
       light_(light) {
-    const double radius = angularRadius(light);
     if (surface_->height_field) domain_ = launchDomain(scene, *surface_, light, frame);
     from_below_ = standsBelow(light, *surface_);
-    if (surface_->mesh && !surface_->sphere) {
-        // Triangles by the area that the light sees; the sun's radius keeps those that only its rim sees.
-        const TriangleMesh& mesh = *surface_->mesh;
-        share_.reserve(mesh.triangles.size()), cumulative_.reserve(mesh.triangles.size());
-        for (const auto& t : mesh.triangles) {
-            const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
-            const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
-            share_.push_back(light.type == LightType::Sun
-                                 ? std::fabs(glm::dot(light.direction, area)) + std::sin(radius) * glm::length(area)
-                                 : glm::length(area));
-            total_share_ += share_.back();
-            cumulative_.push_back(total_share_);
-        }
-        for (double& c : cumulative_) c /= total_share_;
-    }
+    if (surface_->mesh && !surface_->sphere) divideMesh();
     // A few samples tell about how much power there is; where none of them is lit, as under a spot whose cone is far
     // narrower than the triangles that it meets, more of them: what seems dark would get no photons.
     constexpr int kTries = 256, kMostTries = 1 << 18;
@@ -94,6 +79,74 @@ PhotonLaunch::PhotonLaunch(const Scene& scene, int surface, const Light& light, 
     for (int tries = kTries; tries <= kMostTries && !(estimated_power_ > 0); tries *= 16)
         for (int i = 0; i < tries; ++i)
             estimated_power_ += channelMean(start(points.at(static_cast<std::uint64_t>(i))).power) / tries;
+}
+
+// Triangles by the area that a sun sees, whose radius keeps those that only its rim sees; pieces of them by a bound of
+// what a lamp sends there.
+void PhotonLaunch::divideMesh() {
+    const TriangleMesh& mesh = *surface_->mesh;
+    const Light& light = light_.light();
+    share_.reserve(mesh.triangles.size()), cumulative_.reserve(mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto& t = mesh.triangles[i];
+        if (light.type != LightType::Sun) {
+            addPieces({static_cast<std::uint32_t>(i)}, 0);
+            continue;
+        }
+        const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+        const glm::dvec3 area = 0.5 * glm::cross(b - a, c - a);
+        addPiece(std::fabs(glm::dot(light.direction, area)) + std::sin(angularRadius(light)) * glm::length(area));
+    }
+    for (double& c : cumulative_) c /= total_share_;
+}
+
+void PhotonLaunch::addPiece(double share) {
+    share_.push_back(share), total_share_ += share;
+    cumulative_.push_back(total_share_);
+}
+
+// Quarters a piece until a lamp lights it about evenly: until it is small beside the way to the lamp, and beside the
+// cone of a spot. Few photons would start where most of the light is if they started anywhere on a coarse mesh.
+void PhotonLaunch::addPieces(const Piece& piece, int depth) {
+    constexpr int kMostDepth = 24;
+    constexpr double kSmall = 0.25;
+    const TriangleMesh& mesh = *surface_->mesh;
+    const auto& t = mesh.triangles[piece.triangle];
+    const Light& light = light_.light();
+    std::array<glm::dvec3, 3> at;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const glm::dvec2& w = piece.corners[i];
+        at[i] = (1 - w.x - w.y) * mesh.positions[t[0]] + w.x * mesh.positions[t[1]] + w.y * mesh.positions[t[2]];
+    }
+    const glm::dvec3 middle = (at[0] + at[1] + at[2]) / 3.0, to = middle - *light.position;
+    const double distance = glm::length(to),
+                 lamp = light.type == LightType::Rectangle ? 0.5 * glm::length(light.size) : 0;
+    double reach = lamp;
+    for (const glm::dvec3& corner : at) reach = std::max(reach, lamp + glm::length(corner - middle));
+    double strength = 1;
+    bool small = reach <= kSmall * distance;
+    if (light.type == LightType::Spot && distance > reach) {
+        // The least angle from the axis at which light can come here.
+        const double off = std::acos(std::clamp(glm::dot(to, light.direction) / distance, -1.0, 1.0)),
+                     least = std::max(0.0, off - std::asin(reach / distance)),
+                     cone = 0.5 * light.cone_angle_deg * std::numbers::pi / 180;
+        strength = light.spotFalloff(std::cos(least));
+        small = small && reach <= kSmall * distance * std::tan(std::min(cone, 1.0));
+    }
+    if (strength == 0) return;
+    if (small || depth == kMostDepth) {
+        const double area = piece.part * 0.5 *
+                            glm::length(glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]],
+                                                   mesh.positions[t[2]] - mesh.positions[t[0]]));
+        const double nearest = std::max(distance - reach, kSmall * reach);
+        pieces_.push_back(piece);
+        return addPiece(nearest > 0 ? area * strength / (nearest * nearest) : 0);
+    }
+    const auto& [a, b, c] = piece.corners;
+    const glm::dvec2 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+    for (const std::array<glm::dvec2, 3>& corners :
+         {std::array{a, ab, ca}, std::array{ab, b, bc}, std::array{bc, ca, ab}, std::array{ca, bc, c}})
+        addPieces({piece.triangle, corners, 0.25 * piece.part}, depth + 1);
 }
 
 LightSample PhotonLight::sample(double a, double b) const {
@@ -145,16 +198,19 @@ bool PhotonLaunch::place(double u, double v, PhotonStart& out, glm::dvec3& area)
 }
 
 bool PhotonLaunch::placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const {
+    if (!(total_share_ > 0)) return false;
     const auto found = std::upper_bound(cumulative_.begin(), cumulative_.end(), u);
     const auto k =
         static_cast<std::size_t>(std::min<std::ptrdiff_t>(found - cumulative_.begin(), std::ssize(cumulative_) - 1));
     const double low = k == 0 ? 0 : cumulative_[k - 1], width = cumulative_[k] - low;
-    // What the choice of a triangle left of u is as uniform as u was.
+    // What the choice of a piece left of u is as uniform as u was.
     const double s = std::sqrt(width > 0 ? std::clamp((u - low) / width, 0.0, 1.0) : 0.5);
-    const double wa = 1 - s, wb = s * (1 - v), wc = s * v;
+    const Piece piece = pieces_.empty() ? Piece{static_cast<std::uint32_t>(k)} : pieces_[k];
+    const glm::dvec2 w = (1 - s) * piece.corners[0] + s * (1 - v) * piece.corners[1] + s * v * piece.corners[2];
+    const double wa = 1 - w.x - w.y, wb = w.x, wc = w.y;
 
     const TriangleMesh& mesh = *surface_->mesh;
-    const auto& t = mesh.triangles[k];
+    const auto& t = mesh.triangles[piece.triangle];
     const glm::dvec3 &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
     area = 0.5 * glm::cross(b - a, c - a);
     const double size = glm::length(area);
@@ -166,7 +222,7 @@ bool PhotonLaunch::placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3&
     // Vertex normals decide which side is above only through the face: a smooth normal never points to its back.
     const bool usable = surface_->smooth && length > 0 && glm::dot(normal, out.face) > 0;
     out.normal = usable ? normal / length : out.face;
-    area *= total_share_ / share_[k];
+    area *= piece.part * total_share_ / share_[k];
     return true;
 }
 

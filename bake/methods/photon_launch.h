@@ -79,6 +79,15 @@ private:
     /// Where a sample lands on the surface, and the oriented area that it stands for [m2]; false where there is none.
     bool place(double u, double v, PhotonStart& out, glm::dvec3& area) const;
     bool placeOnMesh(double u, double v, PhotonStart& out, glm::dvec3& area) const;
+    /// Part of a triangle, or all of it, from which photons start as densely as anywhere in it.
+    struct Piece {
+        std::uint32_t triangle = 0;
+        std::array<glm::dvec2, 3> corners{glm::dvec2(0, 0), {1, 0}, {0, 1}};  ///< shares of its second and third vertex
+        double part = 1;                                                      ///< of the triangle's area
+    };
+    void divideMesh();
+    void addPieces(const Piece& piece, int depth);
+    void addPiece(double share);
 
     const Scene* scene_;
     int surface_index_;
@@ -87,8 +96,9 @@ private:
     LaunchDomain domain_;
     bool from_below_ = false;  // the lamp stands under the height field
     double estimated_power_ = 0;
-    std::vector<double> cumulative_;  // meshes: of each triangle's share, last is 1
-    std::vector<double> share_;       // [m2], before normalisation
+    std::vector<Piece> pieces_;       // of a mesh under a lamp; of a sun it is the triangles that are chosen among
+    std::vector<double> cumulative_;  // meshes: of each piece's share, last is 1
+    std::vector<double> share_;       // about what light it gets, before normalisation
     double total_share_ = 0;
 };
 
