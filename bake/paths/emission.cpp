@@ -158,11 +158,14 @@ glm::dvec3 Emission::meanStrength(const std::array<glm::dvec3, 3>& to) const {
 }
 
 Emission::Between Emission::between(const glm::dvec3& a, const glm::dvec3& b) const {
-    if (!sample_.source || sample_.light->type == LightType::Point) return Between::Even;
+    if (!sample_.source) return Between::Even;
     const glm::dvec3 middle = 0.5 * (a + b), to = middle - *sample_.source;
     const double distance = glm::length(to), reach = glm::length(b - a);
+    // Seen from a lamp that is nearer than its corners to one another an edge spans most ways that light can take:
+    // those that come through the water may all lie between two that are totally reflected.
+    if (!(distance > 8 * reach)) return Between::Narrow;
+    if (sample_.light->type == LightType::Point) return Between::Even;
     const bool spot = sample_.light->type == LightType::Spot;
-    if (!(distance > reach)) return spot ? Between::Narrow : Between::Uneven;
     const auto strength = [&](const glm::dvec3& point) {
         const double cosine = glm::dot(glm::normalize(point - *sample_.source), sample_.direction);
         return sample_.light->type == LightType::Rectangle ? std::max(0.0, cosine) : sample_.light->spotFalloff(cosine);

@@ -85,7 +85,8 @@ public:
     glm::dvec3 power(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) const;
 
     /// What a lamp's strength does between two points of the surface and as far beside them: corners speak for the
-    /// light between them only where it is even. A cone is narrow where corners so far apart would not tell its power.
+    /// light between them only where it is even. A cone is narrow where corners so far apart would not tell its power,
+    /// and so is any lamp's light where they are farther from one another than from the lamp.
     enum class Between { Even, Uneven, Narrow, Dark };
     Between between(const glm::dvec3& a, const glm::dvec3& b) const;
 

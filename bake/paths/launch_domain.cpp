@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -256,6 +258,8 @@ private:
                     }
         }
         if (!shone_on || directions.empty()) return false;
+        // What comes through the water close to a lamp under it may all lie between places that are totally reflected.
+        if (isCloseTo(low, high)) return true;
         constexpr int kSteps = 4;
         constexpr double kWidened = 0.1;  // what lies between the ways that were looked at
         const Places places = reach_.of(directions, kSteps, kWidened);
@@ -264,6 +268,15 @@ private:
                              places.y.low - margin_ <= high.y && places.y.high + margin_ >= low.y;
         if (reaches) found.complete = found.complete && places.complete;
         return reaches;
+    }
+
+    /// Whether a lamp is nearer to a rectangle of the surface than that is wide.
+    bool isCloseTo(const glm::dvec2& low, const glm::dvec2& high) const {
+        const double wide = glm::length(high - low);
+        return std::any_of(sources_.begin(), sources_.end(), [&](const glm::dvec3& source) {
+            const glm::dvec3 nearest = glm::clamp(source, {low, reach_.low()}, {high, reach_.high()});
+            return source.z > reach_.low() && glm::length(source - nearest) < wide;
+        });
     }
 
     /// Whether a lamp's own shape sends light to any place of a rectangle.

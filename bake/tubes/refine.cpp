@@ -175,6 +175,16 @@ double PathComparison::arrivesUnevenly(const Path& a, const Path& m, const Path&
     return std::fabs(left[1] - 0.5 * (left[0] + left[2]));
 }
 
+double PathComparison::goesOnUnevenly(const Path& a, const Path& m, const Path& b) const {
+    const Path* const paths[] = {&a, &m, &b};
+    double goes_on[3];
+    for (int i = 0; i < 3; ++i) {
+        if (paths[i]->outcome != PathOutcome::Lit) return 0;
+        goes_on[i] = channelMean(paths[i]->arriving * paths[i]->fraction);
+    }
+    return std::fabs(goes_on[1] - 0.5 * (goes_on[0] + goes_on[2]));
+}
+
 bool PathComparison::stepsInDepth(const Path& a, const Path& m, const Path& b, double fineness) const {
     if (!ends_matter_ || a.end.kind == Target::Kind::Nothing) return false;
     const double voxels = largest(frame_.indexDirection(m.direction));
@@ -232,7 +242,8 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (options_.max_edge > 0 && width > options_.max_edge) return true;
     const Emission::Between lamp = tracer_.emission().between(a.entry, b.entry);
     if (lamp == Emission::Between::Narrow) return true;
-    if (width <= silhouette()) return compare_.canShareTube(a, m) && bendsTooMuch(a, b, m);
+    if (width <= silhouette())
+        return compare_.canShareTube(a, m) && (bendsTooMuch(a, b, m) || goesOnTooUnevenly(a, b, m));
     if (lamp == Emission::Between::Dark) return false;
     if (lamp == Emission::Between::Uneven || compare_.cutsOffRim(a, b)) return true;
     // Where nothing is laid, light is followed only as well as it must be to come back.
@@ -245,7 +256,8 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
     if (standsBetween(a, b, width)) return true;
     if (a.outcome != PathOutcome::Lit) return false;
     if (compare_.stepsInDepth(a, m, b, options_.fineness) || (width > 1 && compare_.standApart(a, b))) return true;
-    return fadesTooMuch(a, b, width) || arrivesTooUnevenly(a, b, m) || bendsTooMuch(a, b, m);
+    return fadesTooMuch(a, b, width) || arrivesTooUnevenly(a, b, m) || goesOnTooUnevenly(a, b, m) ||
+           bendsTooMuch(a, b, m);
 }
 
 // Beside a sharp edge light leaves a body again at once, and next to that only after all its depth: what goes on is
@@ -253,6 +265,14 @@ bool Refiner::mustSplit(const Path& a, const Path& b, const Path& m, double widt
 bool Refiner::arrivesTooUnevenly(const Path& a, const Path& b, const Path& m) const {
     return options_.tolerance > 0 && compare_.arrivesUnevenly(a, m, b) * compare_.share(a, b) >
                                          kFading * options_.tolerance * options_.full_share;
+}
+
+// Just before total reflection, what goes on is as a root of the way to where it sets in; inside of a tube it is the
+// mean of what goes on at its corners. After many events light is too faint for it.
+bool Refiner::goesOnTooUnevenly(const Path& a, const Path& b, const Path& m) const {
+    constexpr std::size_t kMostEvents = 2;
+    return options_.tolerance > 0 && tracer_.history().size() <= kMostEvents &&
+           compare_.goesOnUnevenly(a, m, b) > kFading * options_.tolerance * options_.full_share;
 }
 
 bool Refiner::bendsTooMuch(const Path& a, const Path& b, const Path& m) const {

@@ -74,6 +74,9 @@ public:
     /// How much more of its light arrives at the next surface half-way between two paths than half-way between what of
     /// theirs does, where a medium takes some of it: a share of the light.
     double arrivesUnevenly(const Path& a, const Path& middle, const Path& b) const;
+    /// By how much what goes on along the last leg half-way between two paths differs from the mean of theirs: a share
+    /// of the light.
+    double goesOnUnevenly(const Path& a, const Path& middle, const Path& b) const;
     /// A step in depth inside one object is a silhouette too. @param fineness  RefineOptions::fineness
     bool stepsInDepth(const Path& a, const Path& middle, const Path& b, double fineness) const;
     /// Distance between where the last legs start [voxels]; where one is lost on its way, between their entries.
@@ -132,6 +135,7 @@ private:
     bool bendsTooMuch(const Path& a, const Path& b, const Path& m) const;
     bool fadesTooMuch(const Path& a, const Path& b, double width) const;
     bool arrivesTooUnevenly(const Path& a, const Path& b, const Path& m) const;
+    bool goesOnTooUnevenly(const Path& a, const Path& b, const Path& m) const;
     bool standsBetween(const Path& a, const Path& b, double width) const;
     void traceMiddle(Edge& edge, const EmissionParam& param, const glm::dvec3& face);
 

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "tests/conformance/against_photons.h"
+#include "tests/support/closed_forms.h"
 
 namespace photic {
 namespace {
@@ -81,6 +83,59 @@ flat = true
     const auto at = baked.field().frame().indexFromWorld({0.0125, 0.0125, kHigh});
     EXPECT_NEAR(baked.irradiance(int(std::lround(at.x)), int(std::lround(at.y)), int(std::lround(at.z))) / exact, 1,
                 0.005);
+}
+
+// Of all that a lamp sends, what goes on through level water above it: between straight up and total reflection.
+double shareThroughLevelWater(double ior) {
+    constexpr int kRings = 100000;
+    double share = 0;
+    for (int i = 0; i < kRings; ++i) {
+        // Close to total reflection it falls as a root does.
+        const double left = (i + 0.5) / kRings, critical = std::asin(1 / ior), angle = critical * (1 - left * left);
+        share +=
+            0.5 * std::sin(angle) * truth::fresnelTransmittance(std::cos(angle), ior, 1) * critical * 2 * left / kRings;
+    }
+    return share;
+}
+
+// What comes through lies within a depth or so of a lamp, whose light may meet the water far within a voxel: all of it
+// lay between corners that are totally reflected, and was lost.
+TEST(DefaultSettings, LampsCloseUnderLevelWaterSendThroughWhatFresnelSays) {
+    constexpr double kIndex = 1.333;
+    const double through = shareThroughLevelWater(kIndex);
+    for (const double depth : {1e-5, 1e-3, 2.5e-3, 0.02, 0.1})
+        for (const std::string event : {"refract", "reflect", "both"}) {
+            const std::string toml = fmt::format(R"(photic = 1
+[domain]
+min = [-0.5, -0.5, -0.4]
+max = [0.5, 0.5, 0.4]
+voxel_size = 0.0333333333333
+[[light]]
+type = "point"
+position = [0.011, 0.007, {}]
+power = 1
+[[surface]]
+event = "{}"
+ior_below = {}
+size = [0.6, 0.6]
+outside = "none"
+flat = true
+)",
+                                                 -depth, event, kIndex);
+            const PowerLedger power = bakeText(toml, "beams").result.report.power;
+            SCOPED_TRACE(fmt::format("{} m under the water, event {}", depth, event));
+            EXPECT_LT(power.imbalance(), 1e-9);
+            if (event == "refract") {
+                EXPECT_NEAR(power.escaped / through, 1, 0.01);
+            } else if (event == "reflect") {
+                EXPECT_NEAR(power.reflected / through, 1, 0.01) << "what is left out";
+            } else {
+                // All that meets the water goes on, up or down: what the patch covers of all around the lamp.
+                const double half2 = 0.3 * 0.3, covered = std::asin(half2 / (half2 + depth * depth)) / std::numbers::pi;
+                EXPECT_NEAR(power.emitted / covered, 1, 0.01);
+                EXPECT_NEAR(power.escaped / power.emitted, 1, 1e-6);
+            }
+        }
 }
 
 // Where water slopes, light at its higher side has come a longer way through it.
