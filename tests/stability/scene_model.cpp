@@ -64,8 +64,8 @@ private:
         if (lamp.kind == SceneModel::LampKind::Rectangle)
             return fmt::format(
                 "[[light]]\ntype = \"rectangle\"\ncenter = {}\ndirection = {}\nsize = [{:.17g}, {:.17g}]\n"
-                "power = {}\nsamples = 4\n",
-                place_of, vector(lamp.direction), length(lamp.size), length(0.5 * lamp.size), power);
+                "power = {}\nsamples = {}\n",
+                place_of, vector(lamp.direction), length(lamp.size), length(0.5 * lamp.size), power, lamp.samples);
         std::string out = fmt::format("[[light]]\ntype = \"{}\"\nposition = {}\npower = {}\n",
                                       lamp.kind == SceneModel::LampKind::Point ? "point" : "spot", place_of, power);
         if (lamp.kind == SceneModel::LampKind::Spot)

@@ -19,6 +19,7 @@ struct SceneModel {
         double disc = 0;                                ///< [degrees]
         glm::dvec3 position{0, 0, 2};
         double angle = 45, blend = 0.15, size = 0.1;
+        int samples = 4;  ///< of a rectangle's places
     };
     struct Wave {
         double amplitude = 0, wavelength = 1, direction = 0, phase = 0;
