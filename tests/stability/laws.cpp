@@ -27,9 +27,11 @@ constexpr double kLedger = 1e-5, kFarLedger = 1e-3;  // far: more than 1e5 voxel
 constexpr double kLinear = 1e-5;                     // of the brightest voxel
 constexpr double kMoved = 5e-3;                      // relative L1 of blocks of 4^3 voxels
 constexpr double kBand = 1e-4;                       // relative L1 of the band's voxels
-constexpr double kRefined = 0.02;                    // the same, a quarter of the tolerance
-constexpr double kRefinedGlass = 0.05;               // bodies of few voxels, seen through others
-constexpr double kPhotons = 0.02;                    // relative, of all light; and of the power, of what was emitted
+// Of a disc where objects throw shadows [voxels]; where they are planes alone the band is as much wider.
+constexpr int kWidestBlur = 2;
+constexpr double kRefined = 0.02;       // the same, a quarter of the tolerance
+constexpr double kRefinedGlass = 0.05;  // bodies of few voxels, seen through others
+constexpr double kPhotons = 0.02;       // relative, of all light; and of the power, of what was emitted
 // The same of media whose index varies: which light has met them, and what of it they absorb, is known to a voxel.
 constexpr double kPhotonsBent = 0.06;
 // Of balls [voxels]: their index is 1 at the rim, so that what they do there fades out between two samples of it.
@@ -263,14 +265,17 @@ std::optional<Violation> brokenBeside(const PhotonSums& p, const PhotonSums& err
     return std::nullopt;
 }
 
-// Behind planes that stand, light is laid as far as the blur of a disc reaches, and counts as light there.
-bool laysLightBehindWalls(const SceneModel& scene) {
-    const auto wide = [](const SceneModel::Lamp& lamp) { return lamp.disc > 0; };
-    const auto plane = [](const SceneModel::Thing& thing) { return thing.shape == SceneModel::Shape::Plane; };
+// Whether a blur may stand for the disc of a sun.
+bool mayBlur(const SceneModel& scene) {
     return scene.options.find("\"off\"") == std::string::npos &&
            scene.options.find("\"sample\"") == std::string::npos &&
-           std::any_of(scene.lamps.begin(), scene.lamps.end(), wide) &&
-           std::any_of(scene.things.begin(), scene.things.end(), plane);
+           std::any_of(scene.lamps.begin(), scene.lamps.end(), [](const auto& lamp) { return lamp.disc > 0; });
+}
+
+// Behind planes that stand, light is laid as far as the blur of a disc reaches, and counts as light there.
+bool laysLightBehindWalls(const SceneModel& scene) {
+    const auto plane = [](const SceneModel::Thing& thing) { return thing.shape == SceneModel::Shape::Plane; };
+    return mayBlur(scene) && std::any_of(scene.things.begin(), scene.things.end(), plane);
 }
 
 std::optional<Violation> brokenByPhotons(const SceneModel& scene, const Baked& beams, const std::string& directory) {
@@ -333,8 +338,15 @@ std::optional<Violation> brokenByField(const LightField& field) {
     return std::nullopt;
 }
 
-std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole) {
+std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole, int blur) {
     const NeededVoxels& needed = band.needed();
+    // What a blur takes from beside the band it takes for like what is in it.
+    const auto knowsAllBeside = [&](const glm::ivec3& voxel) {
+        for (int x = -blur; x <= blur; ++x)
+            for (int y = -blur; y <= blur; ++y)
+                if (!needed.contains(voxel + glm::ivec3(x, y, 0))) return false;
+        return true;
+    };
     // Indices may be moved by the frame (bands fill the fewest leaves).
     const glm::ivec3 shift = whole.frame().min - band.frame().min;
     double off = 0, sum = 0;
@@ -343,6 +355,7 @@ std::optional<Violation> brokenByBand(const LightField& band, const LightField& 
         for (int index = 0; index < LightField::kLeafVoxels; ++index) {
             if (!(mask[static_cast<std::size_t>(index / 64)] >> (index % 64) & 1)) continue;
             const glm::ivec3 voxel = needed.leafOrigin(slot) + glm::ivec3(index / 64, index / 8 % 8, index % 8);
+            if (!knowsAllBeside(voxel)) continue;
             const double x = band.irradiance(voxel), y = whole.irradiance(voxel + shift);
             off += std::fabs(x - y), sum += y;
         }
@@ -388,7 +401,7 @@ void judgeLaws(const SceneModel& scene, const std::string& directory, const Tell
     // Blocks of which a band holds a few voxels are no means: light moves in and out of them.
     const SceneModel all_of_it = everywhere(scene);
     const Baked bake = bakeModel(all_of_it, directory);
-    judge("band", brokenByBand(baked.field(), bake.field()));
+    judge("band", brokenByBand(baked.field(), bake.field(), mayBlur(scene) ? kWidestBlur : 0));
     judgeWhole(all_of_it, bake);
 }
 

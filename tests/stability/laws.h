@@ -35,7 +35,8 @@ void judgeLaws(const SceneModel& scene, const std::string& directory, const Tell
 /// The laws that one field can break by itself.
 std::optional<Violation> brokenByField(const LightField& field);
 /// What a band around receivers keeps is what a bake of everything has there.
-std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole);
+/// @param blur  voxels of a layer nearer than this to ones that the band leaves out are not judged
+std::optional<Violation> brokenByBand(const LightField& band, const LightField& whole, int blur = 0);
 /// Whether each value of `b` is `times` that of `a`, to the bit.
 bool sameBits(const LightField& a, const LightField& b, float times = 1);
 

@@ -58,6 +58,8 @@ TEST(Stability, BrokenFieldsAreNoticed) {
     EXPECT_NEAR(blockDifference(fieldOf(1.1f, 1), fieldOf(1, 1), 4), 0.1, 1e-6);
     EXPECT_FALSE(brokenByBand(fieldOf(1, 1), fieldOf(1, 1)));
     EXPECT_TRUE(brokenByBand(fieldOf(1.001f, 1), fieldOf(1, 1)));
+    EXPECT_TRUE(brokenByBand(fieldOf(1.001f, 1), fieldOf(1, 1), 2)) << "in the middle of a leaf";
+    EXPECT_FALSE(brokenByBand(fieldOf(1.001f, 1), fieldOf(1, 1), 4)) << "none is so far from the border";
     EXPECT_TRUE(sameBits(fieldOf(1, 1), fieldOf(1, 1)));
     EXPECT_FALSE(sameBits(fieldOf(1, 1), fieldOf(std::nextafter(1.0f, 2.0f), 1)));
     EXPECT_TRUE(sameBits(fieldOf(1, 1), fieldOf(2, 2), 2));
