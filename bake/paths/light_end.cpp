@@ -41,13 +41,52 @@ double LightEnd::distance(const glm::dvec3& origin, const glm::dvec3& direction,
                 if (t > 0) end = std::min(end, hit.distance + t);
             }
         if (caster_.planesOnly()) return end;
-        const RayHit next = caster_.firstHit(point, direction, end - hit.distance, EndlessPlanes::LeftOut);
-        return next ? hit.distance + next.distance : end;
     }
-    const RayHit next = caster_.firstHit(point, direction, end - hit.distance);
+    return hit.distance + throughSolids(point, direction, hit.target, end - hit.distance);
+}
+
+double LightEnd::throughSolids(const glm::dvec3& point, const glm::dvec3& direction, const Target& first,
+                               double end) const {
+    const bool plane = std::holds_alternative<Plane>(scene_.objects[static_cast<std::size_t>(first.index)].shape);
+    const EndlessPlanes planes = plane ? EndlessPlanes::LeftOut : EndlessPlanes::Met;
+    RayHit next = caster_.firstHit(point, direction, end, planes);
     if (!next) return end;
-    if (next.target != hit.target) return hit.distance + next.distance;
-    return std::min(end, hit.distance + std::max(next.distance, kThinVoxels * metres_per_voxel));
+    const glm::dvec3 along = frame_.indexDirection(direction);
+    const double voxel = 1 / std::fabs(along[mainAxis(along)]);  // [m] along the leg
+    // Past a face, and past others that lie in it.
+    const double hair = 1e-3 * voxel;
+    const glm::dvec3 before = point - hair * direction;
+    const auto blocks = [&](const Target& target) {
+        return target.kind == Target::Kind::Object &&
+               !scene_.objects[static_cast<std::size_t>(target.index)].receives();
+    };
+    double met = next.distance;
+    if (next.target == first || insideSolid(point + hair * direction, direction, before)) {
+        // Few faces lie within some voxels of a corner; where more do, light ends early.
+        constexpr int kMostFaces = 8;
+        for (int faces = 0; faces < kMostFaces; ++faces) {
+            const glm::dvec3 past = point + (met + hair) * direction;
+            if ((plane && blocks(next.target)) || !insideSolid(past, direction, before)) break;
+            next = caster_.firstHit(past, direction, end - (met + hair), planes);
+            if (!next) return end;
+            met += hair + next.distance;
+        }
+    }
+    if (next.target != first) return met;
+    const double thin = std::min(end, kThinVoxels * voxel);
+    if (met >= thin) return met;
+    const RayHit beyond = caster_.firstHit(point + met * direction, direction, thin - met, planes);
+    return beyond && beyond.target != first ? met + beyond.distance : thin;
+}
+
+bool LightEnd::insideSolid(const glm::dvec3& point, const glm::dvec3& direction, const glm::dvec3& outside) const {
+    for (const Object& object : scene_.objects)
+        if (const auto* plane = std::get_if<Plane>(&object.shape); plane && object.blocks()) {
+            const double here = glm::dot(plane->normal, point - plane->point),
+                         there = glm::dot(plane->normal, outside - plane->point);
+            if (here * there < 0) return true;
+        }
+    return caster_.insideBody(point, direction);
 }
 
 }  // namespace photic

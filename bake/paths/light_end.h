@@ -40,14 +40,20 @@ public:
     /// Distance [m] along a leg at which its deposit ends.
     ///
     /// Layers are counted across the grid axis that is nearest to the face's normal, so that kOvershootVoxels whole
-    /// layers behind the hit voxel are crossed by every leg, whatever its slant; never through a second object, and
-    /// through the far side of the same one only where that is close. Behind a plane other planes that are looked up
-    /// count for nothing, as in the corner of a pool, and what blocks does.
+    /// layers behind the hit voxel are crossed by every leg, whatever its slant. Bodies that touch or overlap are one
+    /// solid: in the corner where a wall stands on a floor light goes on inside of both. Where a leg comes out of the
+    /// solid it ends, but for the far side of a thin sheet; never through a second object beyond. Behind a plane all
+    /// is solid but for what blocks, which ends it.
     /// @param direction  unit, world
     /// @return infinity without a hit
     double distance(const glm::dvec3& origin, const glm::dvec3& direction, const RayHit& hit) const;
 
 private:
+    /// How far [m] a leg goes on from a point of the target where it was hit, at most `end`.
+    double throughSolids(const glm::dvec3& point, const glm::dvec3& direction, const Target& first, double end) const;
+    /// Whether closed bodies enclose a point, or a plane parts it from one that is known to lie outside of all.
+    bool insideSolid(const glm::dvec3& point, const glm::dvec3& direction, const glm::dvec3& outside) const;
+
     const Scene& scene_;
     GridFrame frame_;
     const RayCaster& caster_;

@@ -15,9 +15,9 @@
 namespace photic {
 namespace {
 
-// Of the meshes' half diagonal: some thirty units in the last place of single precision at the far corner.
 // Of the meshes' size: a specular face this close before another hit lies on it.
 constexpr double kSameFace = 2e-6;
+// Of the meshes' half diagonal: some thirty units in the last place of single precision at the far corner.
 constexpr float kSelfHitOffset = 4e-6f;
 constexpr double kOnPlane = 1e-12;  // of the distance to the world's origin
 
@@ -119,7 +119,7 @@ struct RayCaster::Impl {
             throw Error(ErrorCode::Failed,
                         fmt::format("Embree did not start (error {})", static_cast<int>(rtcGetDeviceError(nullptr))));
         scene.reset(rtcNewScene(device.get()));
-        rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+        rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | embree::kVisitable));
         for (std::size_t id = 0; id < meshes.size(); ++id)
             attach(*meshes[id].mesh, static_cast<unsigned>(id), triangles);
         rtcCommitScene(scene.get());
@@ -198,6 +198,54 @@ struct RayCaster::Impl {
         return exact;
     }
 
+    // In units of the meshes' half diagonal, about their centre.
+    static RTCRayHit queryFrom(const glm::dvec3& from, const glm::dvec3& direction) {
+        RTCRayHit query{};
+        query.ray.org_x = static_cast<float>(from.x), query.ray.org_y = static_cast<float>(from.y),
+        query.ray.org_z = static_cast<float>(from.z);
+        query.ray.dir_x = static_cast<float>(direction.x), query.ray.dir_y = static_cast<float>(direction.y),
+        query.ray.dir_z = static_cast<float>(direction.z);
+        query.ray.mask = ~0u;
+        query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        return query;
+    }
+
+    // For each mesh, whether a ray meets an odd number of an object's faces.
+    std::vector<bool> oddFaces(const glm::dvec3& from, const glm::dvec3& direction) const {
+        struct Crossing {
+            unsigned mesh;
+            float distance;
+            bool leaving;
+        };
+        std::vector<Crossing> crossings;
+        std::vector<bool> odd(meshes.size(), false);
+        const auto visit = [&](unsigned mesh, float distance, float cosine) {
+            const bool leaving = cosine > 0;
+            // On an edge the ray meets both of its triangles.
+            const bool again = std::any_of(crossings.begin(), crossings.end(), [&](const Crossing& c) {
+                return c.mesh == mesh && c.leaving == leaving &&
+                       std::fabs(c.distance - distance) < static_cast<float>(kSameFace);
+            });
+            if (again || meshes[mesh].target.kind != Target::Kind::Object) return;
+            crossings.push_back({mesh, distance, leaving});
+            odd[mesh] = !odd[mesh];
+        };
+        constexpr float kLongest = 2.001f;  // through all of them
+        RTCRayHit query = queryFrom(from, direction);
+        query.ray.tnear = 0, query.ray.tfar = kLongest;
+        embree::visitHits(scene.get(), query, visit);
+        return odd;
+    }
+
+    bool insideMesh(const glm::dvec3& point, const glm::dvec3& direction) const {
+        const glm::dvec3 from = (point - centre) / radius;
+        if (glm::dot(from, from) > 1.0) return false;
+        const std::vector<bool> ahead = oddFaces(from, direction), behind = oddFaces(from, -direction);
+        for (std::size_t m = 0; m < meshes.size(); ++m)
+            if (ahead[m] && behind[m]) return true;
+        return false;
+    }
+
     void hitMeshes(const glm::dvec3& origin, const glm::dvec3& direction, RayHit& best) const {
         // Start at the bounding sphere: single precision then never sees a far origin.
         const glm::dvec3 o = (origin - centre) / radius;
@@ -206,20 +254,12 @@ struct RayCaster::Impl {
         const double half_chord = std::sqrt(std::max(0.0, 1.0 - miss2)) + 1e-3;
         const double exit = towards + half_chord, start = std::max(0.0, towards - half_chord);
         if (exit <= 0 || start * radius >= best.distance) return;
-        const glm::dvec3 from = o + start * direction;
-
-        RTCRayHit query{};
-        query.ray.org_x = static_cast<float>(from.x), query.ray.org_y = static_cast<float>(from.y),
-        query.ray.org_z = static_cast<float>(from.z);
-        query.ray.dir_x = static_cast<float>(direction.x), query.ray.dir_y = static_cast<float>(direction.y),
-        query.ray.dir_z = static_cast<float>(direction.z);
+        RTCRayHit query = queryFrom(o + start * direction, direction);
         query.ray.tnear = start > 0 ? 0.0f : kSelfHitOffset;
         // A little further than asked: the exact distance is compared below.
         const float farthest =
             static_cast<float>(std::min(exit - start, best.distance / radius - start)) * (1.0f + 1e-5f) +
             kSelfHitOffset;
-        query.ray.mask = ~0u;
-        query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         Exact exact;
         // A ray that grazes the face that it starts on meets it again, by single precision, farther off than any
         // offset: in double it does not.
@@ -280,6 +320,10 @@ double roundingOnSphere(const Sphere& sphere) {
     constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
     const double place = sphere.radius + glm::length(sphere.center);
     return 8 * std::sqrt(kEpsilon * place * sphere.radius);
+}
+
+bool RayCaster::insideBody(const glm::dvec3& point, const glm::dvec3& direction) const {
+    return finite(point) && finite(direction) && !impl_->meshes.empty() && impl_->insideMesh(point, direction);
 }
 
 bool RayCaster::planeStandsBefore(const glm::dvec3& point, const glm::dvec3& travel) const {

@@ -65,6 +65,10 @@ public:
                     double max_distance = std::numeric_limits<double>::infinity(),
                     EndlessPlanes planes = EndlessPlanes::Met) const;
 
+    /// Whether a point lies inside of an object's mesh: rays from there along `direction` and against it meet odd
+    /// numbers of its faces (an open sheet has one of them at most). Faces that several meshes share are each met.
+    bool insideBody(const glm::dvec3& point, const glm::dvec3& direction) const;
+
     /// Whether a plane stands between a point and a sun. A plane along the sun's own rays, to rounding, does not.
     /// @param travel  unit, of the light
     bool planeStandsBefore(const glm::dvec3& point, const glm::dvec3& travel) const;

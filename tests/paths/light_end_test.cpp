@@ -87,9 +87,52 @@ TEST(LightEnd, LightDoesNotShineThroughAFlank) {
 
 TEST(LightEnd, LightDoesNotGoOnThroughASecondObject) {
     Scene scene;
-    scene.objects.push_back(object({0.5, 0.5, 1.0}, {1.5, 1.5, 1.2}));
+    scene.objects.push_back(object({0.5, 0.5, 1.16}, {1.5, 1.5, 1.2}));
     scene.objects.push_back(object({0.5, 0.5, 0.2}, {1.5, 1.5, 1.1}));
-    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 1.1, 1e-6);
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 1.1, 1e-6) << "below a thin plate";
+    TriangleMesh sheet;
+    sheet.positions = {{0.5, 0.5, 1.16}, {2.5, 0.5, 1.16}, {0.5, 2.5, 1.16}}, sheet.triangles = {{0, 1, 2}};
+    scene.objects[0].shape = std::make_shared<const TriangleMesh>(std::move(sheet));
+    EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 1.1, 1e-6) << "below a sheet";
+}
+
+// In the corner where a wall stands on a floor light goes on inside of both, as it does where they are one mesh.
+TEST(LightEnd, BodiesThatTouchOrOverlapAreOneSolid) {
+    const glm::dvec3 from{0.8, 1, 2}, slanting = glm::normalize(glm::dvec3(0.3, 0, -1));
+    const auto one = object({0, 0, 0.2}, {3, 3, 1.02});
+    Scene alone;
+    alone.objects = {one};
+    const glm::dvec3 expected = endOf(alone, tenths(), from, slanting);
+    ASSERT_NEAR(expected.z, 0.75, 1e-6);
+    for (const double wall_bottom : {0.5, 1.02}) {
+        // The leg meets the floor at x = 1.094, and goes on below the wall, from 1.12 on.
+        Scene scene;
+        scene.objects = {one, object({1.12, 0, wall_bottom}, {3, 3, 2.5})};
+        EXPECT_NEAR(glm::length(endOf(scene, tenths(), from, slanting) - expected), 0, 1e-6) << wall_bottom;
+        scene.objects[1].role = Role::Blocker;
+        EXPECT_NEAR(glm::length(endOf(scene, tenths(), from, slanting) - expected), 0, 1e-6) << wall_bottom;
+    }
+    // Into the wall first, close above the floor: two layers across the wall's face, through whatever the floor is.
+    Scene scene;
+    scene.objects = {object({1.02, 0, 1.02}, {3, 3, 2.5})};
+    scene.objects.push_back(one);
+    const glm::dvec3 steep = glm::normalize(glm::dvec3(0.5, 0, -1));
+    EXPECT_NEAR(endOf(scene, tenths(), {0.54, 1, 2}, steep).x, 1.25, 1e-6) << "a body";
+    scene.objects[0] = object({1.02, 0, 0.6}, {3, 3, 2.5});
+    EXPECT_NEAR(endOf(scene, tenths(), {0.54, 1, 2}, steep).x, 1.25, 1e-6) << "that overlaps";
+    for (const double up : {1.0, -1.0}) {
+        scene.objects[1].shape = Plane{{0, 0, 1.02}, {0, 0, up}};
+        EXPECT_NEAR(endOf(scene, tenths(), {0.54, 1, 2}, steep).x, 1.25, 1e-6) << "a plane";
+    }
+    // What ends in the open does, with a plane that faces either way somewhere below.
+    scene.objects = {object({1.02, 0, 1.02}, {3, 3, 2.5})};
+    for (const double up : {1.0, -1.0}) {
+        scene.objects.resize(1);
+        Object far;
+        far.shape = Plane{{0, 0, 0.1}, {0, 0, up}};
+        scene.objects.push_back(far);
+        EXPECT_NEAR(endOf(scene, tenths(), {0.67, 1, 2}, steep).z, 1.02, 1e-6);
+    }
 }
 
 TEST(LightEnd, LightBehindAPlaneEndsAtABlocker) {
@@ -104,11 +147,13 @@ TEST(LightEnd, LightBehindAPlaneEndsAtABlocker) {
     scene.objects[1].role = Role::Blocker;
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.93, 1e-6);
     // The same where bodies stand, and those end it too.
-    scene.objects.push_back(object({2.5, 2.5, 0.2}, {2.8, 2.8, 0.9}));
+    scene.objects.push_back(object({2.5, 2.5, 0.2}, {2.8, 2.8, 0.9}, Role::Blocker));
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.93, 1e-6);
     scene.objects[1].role = Role::Receiver;
     EXPECT_NEAR(endOf(scene, tenths(), {1, 1, 2}, {0, 0, -1}).z, 0.75, 1e-6);
     EXPECT_NEAR(endOf(scene, tenths(), {2.6, 2.6, 2}, {0, 0, -1}).z, 0.9, 1e-6);
+    scene.objects[2].role = Role::Receiver;
+    EXPECT_NEAR(endOf(scene, tenths(), {2.6, 2.6, 2}, {0, 0, -1}).z, 0.75, 1e-6) << "what is looked up is lit";
 }
 
 }  // namespace

@@ -246,6 +246,36 @@ TEST(RayCasting, ARayThatGrazesItsOwnFaceLeavesIt) {
     EXPECT_EQ(missed, 0);
 }
 
+// Rays through faces that two bodies share, and through edges, along which they meet two triangles.
+TEST(RayCasting, APointIsInsideOfABodyOrNot) {
+    TriangleMesh sheet;
+    sheet.positions = {{-5, -5, 3}, {5, -5, 3}, {0, 5, 3}}, sheet.triangles = {{0, 1, 2}};
+    for (const double far : {0.0, 1e5}) {
+        const glm::dvec3 at(far, -far, far);
+        std::vector<Object> objects;
+        for (int i = 0; i < 3; ++i)
+            objects.push_back(meshOf(boxMesh(at + glm::dvec3(-1, -1, -i - 1), at + glm::dvec3(1, 1, -i))));
+        TriangleMesh moved = sheet;
+        for (glm::dvec3& p : moved.positions) p += at;
+        objects.push_back(meshOf(moved));
+        const Scene scene = sceneOf(std::move(objects));
+        const RayCaster caster(scene);
+        std::mt19937 random(7);
+        std::uniform_real_distribution<double> any(-1, 1);
+        for (int i = 0; i < 300; ++i) {
+            // Straight down, through the diagonals of the faces that the boxes share, or anywhere.
+            const glm::dvec3 direction =
+                i % 3 == 0 ? glm::dvec3(0, 0, -1) : glm::normalize(glm::dvec3(any(random), any(random), any(random)));
+            const double x = any(random) * 0.99, y = i % 3 == 0 ? x : any(random) * 0.99;
+            const glm::dvec3 within(x, y, -0.01 - 2.98 * std::fabs(any(random)));
+            EXPECT_TRUE(caster.insideBody(at + within, direction)) << i;
+            EXPECT_FALSE(caster.insideBody(at + glm::dvec3(x, y, 0.01 + 2 * std::fabs(x)), direction)) << i;
+            EXPECT_FALSE(caster.insideBody(at + glm::dvec3(1.01, x, y), direction)) << i;
+        }
+        EXPECT_FALSE(caster.insideBody(at, glm::dvec3(std::nan(""), 0, 0)));
+    }
+}
+
 TEST(RayCasting, ThreadsShareACaster) {
     const TriangleMesh mesh = bumpySphere(32, {}, 1);
     const RayCaster caster(sceneOf({meshOf(mesh)}));
