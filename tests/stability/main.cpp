@@ -24,7 +24,6 @@ using photic::stability::Outcome;
 using photic::stability::SceneModel;
 using photic::stability::Violation;
 
-constexpr unsigned kSceneSeconds = 120;
 constexpr int kShrinkTries = 60;
 
 struct Arguments {
@@ -32,6 +31,7 @@ struct Arguments {
     std::uint64_t seed = 1;
     std::int64_t scenes = -1;  ///< no more than these
     int jobs = 0;              ///< scenes side by side; 0: one a core
+    unsigned each = 120;       ///< processor seconds that a scene may take
     bool shrink = true;
     std::string keep = "out/stability";  ///< folder of the scenes that failed
 };
@@ -39,10 +39,12 @@ struct Arguments {
 int usage() {
     fmt::print(
         stderr,
-        "photic_stability [--seconds 60] [--seed 1] [--scenes N] [--jobs N] [--keep out/stability] [--no-shrink]\n"
+        "photic_stability [--seconds 60] [--seed 1] [--scenes N] [--jobs N] [--each 120] [--keep out/stability] "
+        "[--no-shrink]\n"
         "Bakes random scenes, numbered from the seed on, and checks laws that hold for every scene. A scene that "
         "breaks one is made as simple as it can be and kept. As many are tried side by side as there are cores, or "
-        "--jobs says. Exit code: 0, or 1 where a law was broken.\n");
+        "--jobs says; --each says how many processor seconds a scene may take. Exit code: 0, or 1 where a law was "
+        "broken.\n");
     return 2;
 }
 
@@ -60,7 +62,7 @@ void report(const SceneModel& scene, const Violation& violation, const Arguments
     fmt::print("seed {}: {}: {}\n", scene.seed, violation.law, violation.what);
     std::fflush(stdout);
     const auto alike = [&](const SceneModel& other) {
-        const Outcome o = photic::stability::tryScene(other, kSceneSeconds);
+        const Outcome o = photic::stability::tryScene(other, arguments.each);
         return std::any_of(o.violations.begin(), o.violations.end(),
                            [&](const Violation& v) { return v.law == violation.law; });
     };
@@ -137,6 +139,8 @@ int main(int argc, char** argv) {
             arguments.scenes = std::atoll(value);
         else if (word == "--jobs")
             arguments.jobs = std::atoi(value);
+        else if (word == "--each")
+            arguments.each = static_cast<unsigned>(std::clamp(std::atoi(value), 1, 3600));
         else if (word == "--keep")
             arguments.keep = value;
         else
@@ -156,7 +160,7 @@ int main(int argc, char** argv) {
         return photic::stability::randomScene(seed++);
     };
     const int jobs = arguments.jobs > 0 ? arguments.jobs : photic::threadCount();
-    photic::stability::tryScenes(jobs, kSceneSeconds, next, [&](const SceneModel& scene, const Outcome& outcome) {
+    photic::stability::tryScenes(jobs, arguments.each, next, [&](const SceneModel& scene, const Outcome& outcome) {
         counts.add(outcome);
         for (const Violation& violation : outcome.violations) report(scene, violation, arguments);
     });
