@@ -45,17 +45,13 @@ struct ClosedBodies::Body {
     const TriangleMesh& mesh;
     glm::dvec3 low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
     mutable std::once_flag looked_into;
-    mutable double outwards = 0;  ///< 1, or -1 where the faces are wound inwards; 0 when it is open
-    mutable std::optional<RayCaster> caster;
+    mutable std::optional<RayCaster> caster;  ///< none when it is open
 
     Body(const Object& of, const TriangleMesh& of_mesh) : object(of), mesh(of_mesh) {
         for (const glm::dvec3& p : mesh.positions) low = glm::min(low, p), high = glm::max(high, p);
     }
     void lookInto() const {
-        const MeshShape shape = shapeOf(welded(mesh));
-        if (!shape.closed() || shape.volume == 0) return;
-        outwards = shape.volume > 0 ? 1 : -1;
-        // A caster of its own: where bodies overlap the nearest face of all may be another's.
+        if (!shapeOf(welded(mesh)).closed()) return;
         Scene alone;
         alone.objects = {object};
         caster.emplace(alone);
@@ -63,15 +59,9 @@ struct ClosedBodies::Body {
     bool holds(const glm::dvec3& point) const {
         if (!glm::all(glm::greaterThan(point, low)) || !glm::all(glm::lessThan(point, high))) return false;
         std::call_once(looked_into, [&] { lookInto(); });
-        if (!caster) return false;
         // Any way will do but along edges and faces, which run along the axes and their diagonals most often.
         static const glm::dvec3 way = glm::normalize(glm::dvec3(0.2377, 0.4129, 0.8791));
-        const RayHit hit = caster->firstHit(point, way);
-        if (!hit) return false;
-        const auto& [a, b, c] = mesh.triangles[hit.triangle];
-        const glm::dvec3 face =
-            glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
-        return outwards * glm::dot(face, way) > 0;  // it is met from behind
+        return caster && caster->insideBody(point, way);
     }
 };
 
