@@ -91,10 +91,16 @@ BakedScene bakeToError(const Scene& scene, Monitor& monitor, const BakeChoices& 
     UnwarnedMonitor unwarned(monitor);
     std::string why;
     bool last = false;  // no narrower voxels are allowed
+    bool wholly = given.measure == Measure::Wholly;
     for (int bakes = 1;; ++bakes) {
         const Scene tried = withVoxels(scene, size);
-        choices.measure = planeLightIsQuick(tried) ? Measure::Wholly : Measure::Quickly;
+        choices.measure = wholly || planeLightIsQuick(tried) ? Measure::Wholly : Measure::Quickly;
         BakedScene baked = bakeScene(tried, unwarned, choices);
+        if (baked.measured.errors.empty() && scene.bake.error && !wholly && baked.measured.costs_too_much) {
+            // Who asks for an error waits for it to be known.
+            wholly = true, choices.measure = Measure::Wholly;
+            baked = bakeScene(tried, unwarned, choices);
+        }
         const double reached = baked.measured.largest();
         if (baked.measured.errors.empty() && !scene.bake.error)
             return bakeUnmeasured(scene, baked.measured.not_measured, monitor, given);

@@ -431,7 +431,8 @@ MeasuredReceivers measureReceivers(const Scene& scene, const LightVolume& volume
                                    std::min(1.0, static_cast<double>(sums.texels) * side * side / receiver.area)});
         measured.patches.push_back(std::move(patches));
     }
-    if (!left_out.empty())
+    measured.costs_too_much = !left_out.empty();
+    if (measured.costs_too_much)
         measured.not_measured = fmt::format(
             "{} would take more than a quarter of the bake's time; --measure all does it", fmt::join(left_out, ", "));
     return measured;
@@ -476,7 +477,7 @@ double voxelSizeFor(double goal, const MeasuredReceivers& measured, double voxel
             wider = texels, wider_error = narrower_error;
         }
         // Light known by the texel tells nothing of voxels as narrow: the error falls with the voxel at least.
-        if (fits == 0) fits = std::min(2.0, now) * goal / error.relative_l1 * std::max(1.0, now / 2);
+        if (fits == 0) fits = voxel_size / error.detail * goal / error.relative_l1;
         const double size = fits * error.detail;
         smallest = smallest == 0 ? size : std::min(smallest, size);
     }

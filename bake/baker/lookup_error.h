@@ -24,6 +24,7 @@ struct MeasuredReceivers {
     std::vector<ReceiverError> errors;                ///< of each receiver that was measured
     std::vector<std::vector<ReceiverPatch>> patches;  ///< likewise
     std::string not_measured;                         ///< what was not, and why; empty when all of them were
+    bool costs_too_much = false;                      ///< Measure::Quickly left some out that Measure::Wholly measures
     /// Of the receiver whose error is largest; 0 when nothing was measured.
     double largest() const;
 };

@@ -11,6 +11,7 @@
 #include "bake/field/scene_grid.h"
 #include "bake/picture/volume_lookup.h"
 #include "bake/report/error.h"
+#include "bake/scene/load_toml.h"
 #include "bake/scene/mesh_file.h"
 #include "bake/scene/wave_field.h"
 #include "bake/threads/parallel_for.h"
@@ -170,6 +171,33 @@ TEST(LookupError, IsReachedWhereItIsAskedFor) {
         // The same inputs are the same scene, whatever voxels came out.
         EXPECT_EQ(baked.volume.metadata.at("scene_hash"), inputHash(scene, chooseMethod("auto", scene), measured()));
     }
+}
+
+// Of voxels that are narrower than a texel the light, known by the texel, says nothing: they get narrower all the same.
+TEST(LookupError, IsReachedWithVoxelsNarrowerThanTexels) {
+    Record record;
+    Scene scene = poolOver(2.0 / 64, 0);
+    scene.bake.error = 0.01;
+    BakeChoices choices = measured();
+    choices.detail = 0.05;
+    const BakedScene baked = bakeToError(scene, record, choices);
+    EXPECT_LT(baked.volume.field.frame().worldFromIndex()[0].x, 0.5 * choices.detail);
+    EXPECT_LE(baked.measured.largest(), 0.01);
+    EXPECT_TRUE(record.warnings.empty()) << record.warnings.front();
+}
+
+// What light that glass throws is off by takes longer to measure than a quarter of the bake.
+TEST(LookupError, OfGlassIsReachedWhereItIsAskedFor) {
+    Record record;
+    Scene scene = loadScene(PHOTIC_SOURCE_DIR "/examples/glass/glass_ball.toml", 0, record);
+    scene.lights.front().angular_diameter_deg = 0;
+    scene.bake.error = 0.2;
+    BakeChoices choices;
+    choices.seconds = 1000;
+    const BakedScene baked = bakeToError(scene, record, choices);
+    ASSERT_EQ(baked.measured.errors.size(), 1u) << baked.measured.not_measured;
+    EXPECT_LE(baked.measured.largest(), 0.2);
+    EXPECT_TRUE(record.warnings.empty()) << record.warnings.front();
 }
 
 TEST(LookupError, ThatCannotBeReachedIsSaid) {
