@@ -33,6 +33,19 @@ double tableOf(const GridFrame& frame) {
     return leaves.x * leaves.y * leaves.z;
 }
 
+/// [bytes]: peak of the method, the field, its table, and the grids while they are written.
+std::int64_t memoryOf(const Scene& scene, double table, double leaves, double method_bytes) {
+    const GridSet& grids = scene.bake.grids;
+    const int channels = (scene.coloured() ? 3 : 1) + (grids.direction ? 3 : 0);
+    const int scalars = int(grids.caustic) + int(grids.density) + int(grids.arrival_time);
+    // A leaf's place in the tables of the field and of the file takes about 250 bytes.
+    const bool two_lobes = scene.bake.lobes > 1 && grids.direction && lightCanOppose(scene);
+    const double field = leaves * 512 * 4 * (channels * (two_lobes ? 2 : 1) + scalars);
+    // Lights whose blurs differ are baked beside one another, and a blur keeps a copy of a layer of leaves.
+    const double beside = (scene.lights.size() > 1 ? 1 : 0.25) * field;
+    return wholeBytes(kProgramBytes + field + table * 4 + leaves * 250 + std::max(method_bytes, beside));
+}
+
 }  // namespace
 
 double BakeCost::seconds() const {
@@ -63,12 +76,7 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     BakeCost cost;
     cost.needed_voxels = static_cast<std::int64_t>(voxels), cost.leaves = wholeBytes(leaves);
     cost.file_bytes = wholeBytes(values * (choices.file.half ? 2 : 4));
-    // A leaf's place in the tables of the field and of the file takes about 250 bytes.
-    const bool two_lobes = scene.bake.lobes > 1 && grids.direction && lightCanOppose(scene);
-    const double field = leaves * 512 * 4 * (channels * (two_lobes ? 2 : 1) + scalars);
-    // Lights whose blurs differ are baked beside one another, and a blur keeps a copy of a layer of leaves.
-    const double beside = (scene.lights.size() > 1 ? 1 : 0.25) * field;
-    cost.memory_bytes = wholeBytes(kProgramBytes + field + table * 4 + leaves * 250 + std::max(own.bytes, beside));
+    cost.memory_bytes = memoryOf(scene, table, leaves, own.bytes);
     cost.dearest = std::move(own.dearest);
 
     const double threads = threadCount();
@@ -90,6 +98,13 @@ BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& fra
     cost.stages.push_back({"write", values * kSecondsAWrittenValue});
     for (Stage& stage : cost.stages) stage.seconds *= machineSlowness();
     return cost;
+}
+
+std::int64_t mostMemory(const Scene& scene, const Method& method, const GridFrame& frame) {
+    const double leaves = tableOf(frame);
+    const MethodCost own = method.cost(
+        {scene, frame, static_cast<double>(frame.voxelCount()), givenOptions(scene, method), CostAsked::MostBytes});
+    return memoryOf(scene, leaves, leaves, own.bytes);
 }
 
 std::string wordsOf(const BakeCost& cost, double slower) {

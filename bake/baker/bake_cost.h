@@ -32,6 +32,9 @@ struct NeededCount {
 BakeCost bakeCost(const Scene& scene, const Method& method, const GridFrame& frame, const NeededCount& needed,
                   const BakeChoices& choices);
 
+/// The most memory that a bake of the whole frame can take [bytes], without a look at its light.
+std::int64_t mostMemory(const Scene& scene, const Method& method, const GridFrame& frame);
+
 /// "about 41 MB and 0.6 s": of the file, and of the bake.
 std::string wordsOf(const BakeCost& cost, double slower = 1);
 

@@ -104,6 +104,7 @@ SlabPlan slabsToFit(const Scene& scene, Monitor& monitor, const BakeChoices& cho
     checkMethodTables(scene);
     const GridFrame frame = sceneFrame(scene);
     const std::int64_t limit = memoryLimit(choices);
+    if (mostMemory(scene, method, frame) <= limit) return {};
     // The box is the most that can be needed.
     if (bakeCost(scene, method, frame, nullptr, choices).memory_bytes <= limit) return {};
     const NeededVoxels needed = sceneNeededVoxels(scene, frame, monitor);

@@ -49,8 +49,9 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
     const LaunchDomain domain = surface.height_field ? launchDomain(q.scene, surface, light, q.frame) : LaunchDomain{};
     DepositWork deposit;
     const VoxeliseOptions voxelise = voxeliseOptions(q.scene, options);
+    const HistoryLauncher* launching = nullptr;
     const TubeSink count = [&](TubeSets&& sets) {
-        for (const TubeSet& set : sets) deposit += depositWork(set, q.frame, voxelise);
+        for (const TubeSet& set : sets) deposit += depositWork(set, q.frame, voxelise) * launching->standsFor();
     };
     LaunchOptions launch = launchOptions(q.scene, options);
     launch.tubes.channels = q.scene.coloured() ? 3 : 1;
@@ -62,6 +63,7 @@ Launched launchedFrom(const CostQuestion& q, const OpticalScene& optics, int sur
         const double like_it = last ? 1.0 : static_cast<double>(samples.size()) - 1;
         if (like_it == 0) continue;
         HistoryLauncher launcher(optics, spectrum, launch, followLimits(q.scene), count, quiet);
+        launching = &launcher;
         launcher.shareFaint(samples.size() > 1 ? &faint : nullptr, last);
         LaunchTotals totals;
         deposit = {};
@@ -131,6 +133,10 @@ FollowLimits followLimits(const Scene& scene) {
 
 MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
     const Scene& scene = q.scene;
+    constexpr double kMostTubes = 1e6, kBytesATube = 150;
+    MethodCost cost;
+    cost.bytes = kMostTubes * kBytesATube;
+    if (q.asked == CostAsked::MostBytes) return cost;
     const int channels = (scene.coloured() ? 3 : 1) + (scene.bake.grids.direction ? 3 : 0);
     const double values = q.needed_voxels * channels;
     const double needed = std::min(1.0, q.needed_voxels / static_cast<double>(q.frame.voxelCount()));
@@ -162,10 +168,9 @@ MethodCost beamsCost(const CostQuestion& q, const BeamsOptions& options) {
     }
     // The light of flat water, which takes next to no rays.
     if (scene.bake.grids.caustic) light_seconds += 2 * values * kSecondsAValue;
-    MethodCost cost;
     cost.stages = {{"light", light_seconds}};
     if (disc_seconds > 0) cost.stages.push_back({"disc", disc_seconds});
-    cost.bytes = std::min(most_tubes, 1e6) * 150;
+    cost.bytes = std::min(most_tubes, kMostTubes) * kBytesATube;
     if (passing_seconds > 0.5 * light_seconds) cost.dearest = passing;
     if (sampled_seconds > 0.5 * light_seconds && most_directions > 1) {
         cost.dearest = fmt::format(

@@ -49,12 +49,16 @@ struct BakeResult {
     std::optional<LightField> second = {};
 };
 
+/// What is asked of a cost: all of it, or only the bytes, of which a bound will do that needs no look at the light.
+enum class CostAsked { Everything, MostBytes };
+
 /// What the cost of a bake depends on.
 struct CostQuestion {
     const Scene& scene;
     const GridFrame& frame;
     double needed_voxels;
     const GivenOptions& options;  ///< checked against the row
+    CostAsked asked = CostAsked::Everything;
 };
 
 /// A stage of a bake: what `Monitor::progress` calls it, and how long it is expected to take.

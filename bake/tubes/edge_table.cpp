@@ -30,38 +30,43 @@ std::vector<std::unique_ptr<EdgeTable>>& spareTables() {
 
 }  // namespace
 
-EdgeTable::EdgeTable() : places_(kFewest, 0) {}
+EdgeTable::EdgeTable() : places_(kFewest) {}
 
 EdgeTable::Edge& EdgeTable::at(const EmissionParam& middle, bool& fresh) {
     const std::uint32_t hash = hashOf(middle);
     const std::size_t mask = places_.size() - 1;
     std::size_t place = hash & mask;
-    for (; places_[place] != 0; place = (place + 1) & mask) {
-        Entry& entry = entries_[places_[place] - 1];
-        if (entry.hash != hash || !(entry.middle == middle)) continue;
+    for (; places_[place].entry != 0; place = (place + 1) & mask) {
+        if (places_[place].hash != hash) continue;
+        Entry& entry = entries_[places_[place].entry - 1];
+        if (!(entry.middle == middle)) continue;
         fresh = false;
         return entry.edge;
     }
     fresh = true;
     Entry& entry = entries_.add();
-    entry = {middle, hash, {}};
-    places_[place] = static_cast<std::uint32_t>(entries_.size());
+    entry = {middle, {}};
+    places_[place] = {static_cast<std::uint32_t>(entries_.size()), hash};
     if (2 * entries_.size() > places_.size()) grow();
     return entry.edge;
 }
 
 void EdgeTable::grow() {
-    places_.assign(2 * places_.size(), 0);
-    const std::size_t mask = places_.size() - 1;
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-        std::size_t place = entries_[i].hash & mask;
-        while (places_[place] != 0) place = (place + 1) & mask;
-        places_[place] = static_cast<std::uint32_t>(i + 1);
+    std::vector<Place> wider(2 * places_.size());
+    const std::size_t mask = wider.size() - 1;
+    for (const Place& taken : places_) {
+        if (taken.entry == 0) continue;
+        std::size_t place = taken.hash & mask;
+        while (wider[place].entry != 0) place = (place + 1) & mask;
+        wider[place] = taken;
     }
+    places_ = std::move(wider);
 }
 
 void EdgeTable::clear() {
-    std::fill(places_.begin(), places_.end(), 0);
+    // What one block has filled is not swept for all the small ones after it.
+    if (8 * entries_.size() < places_.size()) places_.resize(std::max(kFewest, places_.size() / 2));
+    std::fill(places_.begin(), places_.end(), Place{});
     entries_.clear(), paths_.clear();
 }
 

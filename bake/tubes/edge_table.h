@@ -52,12 +52,17 @@ public:
 private:
     struct Entry {
         EmissionParam middle;
-        std::uint32_t hash = 0;
         Edge edge;
+    };
+    /// The hash stands beside the entry's number: in a large table each look at an entry waits for memory, and this one
+    /// tells nearly all others apart.
+    struct Place {
+        std::uint32_t entry = 0;  ///< and 1 more; 0: free
+        std::uint32_t hash = 0;
     };
     void grow();
 
-    std::vector<std::uint32_t> places_;  // of entries, and 1 more; 0: free
+    std::vector<Place> places_;
     StablePool<Entry> entries_;
     StablePool<Path> paths_;
 };

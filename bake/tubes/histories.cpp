@@ -18,6 +18,10 @@ constexpr double kOneSample = 1.0 / 8, kFromRoots = 1.0 / 32;
 // Triangles that are looked at one by one: in so many blocks of a sample there are enough that differ.
 constexpr std::int64_t kEnoughOfASample = 6000;
 
+// Of a sample's seeds for longer histories so many over the events behind them stand for all, and no fewer than the
+// second: there are few histories of few events and many of many.
+constexpr std::size_t kSeedsOfASample = 384, kFewestSeedsOfASample = 24;
+
 // Of the tolerance, for light that meets bodies: they gather it into few voxels, where what a chord misplaces is seen,
 // and most of their tubes are as small as they are for the sake of an outline.
 constexpr double kBodies = 1.0 / 4;
@@ -45,6 +49,38 @@ std::vector<TubeSeed> withoutFaint(const std::vector<TubeSeed>& seeds, double le
     kept.insert(kept.end(), of_faint.begin(), of_faint.end());
     std::stable_sort(kept.begin(), kept.end(), [](const TubeSeed& a, const TubeSeed& b) { return a.root < b.root; });
     return kept;
+}
+
+// Leaves some seeds of a sample, evenly spread, with the power of all. Returns how many each stands for.
+double thinOut(std::vector<TubeSeed>& seeds, std::size_t events) {
+    const std::size_t most = std::max(kFewestSeedsOfASample, kSeedsOfASample / events);
+    if (seeds.size() <= most) return 1;
+    double all = 0, kept = 0;
+    for (const TubeSeed& seed : seeds) all += seed.power;
+    const double each = static_cast<double>(seeds.size()) / static_cast<double>(most);
+    for (std::size_t i = 0; i < most; ++i) {
+        seeds[i] = seeds[static_cast<std::size_t>((static_cast<double>(i) + 0.5) * each)];
+        kept += seeds[i].power;
+    }
+    seeds.resize(most);
+    for (TubeSeed& seed : seeds) seed.power *= kept > 0 ? all / kept : 1;
+    return each;
+}
+
+constexpr std::int64_t LaunchTotals::*kWeighed[] = {&LaunchTotals::tubes, &LaunchTotals::corner_rays,
+                                                    &LaunchTotals::legs, &LaunchTotals::added, &LaunchTotals::searches};
+
+// The counts that weigh() looks at, without the seeds.
+LaunchTotals countsOf(const LaunchTotals& totals) {
+    LaunchTotals counts;
+    for (std::int64_t LaunchTotals::*const count : kWeighed) counts.*count = totals.*count;
+    return counts;
+}
+
+// What was counted since `before` counts so many times.
+void weigh(const LaunchTotals& before, double times, LaunchTotals& totals) {
+    for (std::int64_t LaunchTotals::*const count : kWeighed)
+        totals.*count = before.*count + std::llround(times * static_cast<double>(totals.*count - before.*count));
 }
 
 std::vector<Branch> branchesOf(const Surface& surface) {
@@ -262,25 +298,34 @@ void HistoryLauncher::goOn(const Light& light, const History& history, const std
         }
         for (TubeSeed& seed : part) seed.power *= 1 + left / power;
         const double fineness = bodyFineness(optics_, history);
-        part = withoutFaint(part, kFaintSeed * faintness() * fineness * fineness * powerOnAVoxel(light));
-        const std::vector<Light> lights = parted(light, surface);
-        if (lights.size() == 1) {
-            branchAt(lights.front(), history, surface, part, power, totals);
-            continue;
+        // A seed of a sample that stands for others has their power.
+        part = withoutFaint(part, stands_for_ * kFaintSeed * faintness() * fineness * fineness * powerOnAVoxel(light));
+        const double each = options_.sampled > 0 ? thinOut(part, history.size()) : 1;
+        const LaunchTotals before = countsOf(totals);
+        stands_for_ *= each;
+        followFrom(light, history, surface, part, power, totals);
+        stands_for_ /= each;
+        if (each > 1) weigh(before, each, totals);
+    }
+}
+
+// Goes on from seeds on one surface, by wavelengths where they part there.
+void HistoryLauncher::followFrom(const Light& light, const History& history, int surface,
+                                 const std::vector<TubeSeed>& part, double power, LaunchTotals& totals) {
+    const std::vector<Light> lights = parted(light, surface);
+    if (lights.size() == 1) return branchAt(lights.front(), history, surface, part, power, totals);
+    // Each wavelength gets its own share of what arrives, which depends on the light's colour there.
+    const std::vector<glm::dvec3> colours = coloursOf(light, history, surface, part);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        std::vector<TubeSeed> of_one = part;
+        double power_of_one = 0;
+        for (std::size_t k = 0; k < part.size(); ++k) {
+            const double all = channelMean(colours[k]);
+            of_one[k].power *=
+                all > 0 ? channelMean(colours[k] * spectrum_[i].weight) / all : channelMean(spectrum_[i].weight);
+            power_of_one += of_one[k].power;
         }
-        // Each wavelength gets its own share of what arrives, which depends on the light's colour there.
-        const std::vector<glm::dvec3> colours = coloursOf(light, history, surface, part);
-        for (std::size_t i = 0; i < lights.size(); ++i) {
-            std::vector<TubeSeed> of_one = part;
-            double power_of_one = 0;
-            for (std::size_t k = 0; k < part.size(); ++k) {
-                const double all = channelMean(colours[k]);
-                of_one[k].power *=
-                    all > 0 ? channelMean(colours[k] * spectrum_[i].weight) / all : channelMean(spectrum_[i].weight);
-                power_of_one += of_one[k].power;
-            }
-            branchAt(lights[i], history, surface, of_one, power_of_one, totals);
-        }
+        branchAt(lights[i], history, surface, of_one, power_of_one, totals);
     }
 }
 

@@ -62,6 +62,9 @@ public:
     /// @param domain  of a height field; unused for meshes
     void launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals);
 
+    /// How many like them the tubes stand for that the sink is handed; 1 unless LaunchOptions::sampled leaves some out.
+    double standsFor() const { return stands_for_; }
+
 private:
     struct Light {
         Emission emission;
@@ -70,6 +73,8 @@ private:
     };
     void begin(Light light, const LaunchDomain& domain, LaunchTotals& totals);
     void goOn(const Light& light, const History& history, const std::vector<TubeSeed>& seeds, LaunchTotals& totals);
+    void followFrom(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& part,
+                    double power, LaunchTotals& totals);
     void branchAt(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& seeds,
                   double power, LaunchTotals& totals);
     double powerOnAVoxel(const Light& light) const;
@@ -88,6 +93,7 @@ private:
     Monitor& monitor_;
     FaintLight* faint_ = nullptr;
     bool takes_faint_ = true;
+    double stands_for_ = 1;
 };
 
 }  // namespace photic

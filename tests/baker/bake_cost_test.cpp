@@ -109,6 +109,17 @@ TEST(BakeCost, NamesAMeshThatReachesFarBeyondTheDomain) {
     EXPECT_GT(wide.seconds(), 5 * near.seconds());
 }
 
+// Whether memory suffices is asked before each bake: where the most that it can take does, nothing is launched for it.
+TEST(BakeCost, TakesNoMoreMemoryThanTheMostThatIsKnownBeforehand) {
+    for (const Method& method : methodCatalogue()) {
+        Scene scene = sceneFor(method);
+        scene.bake.method = method.name;
+        const std::int64_t most = mostMemory(scene, method, sceneFrame(scene)), memory = costOf(scene).memory_bytes;
+        EXPECT_GE(most, memory) << method.name;
+        EXPECT_LT(most, memory + 200'000'000) << method.name;
+    }
+}
+
 double processorSeconds() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
