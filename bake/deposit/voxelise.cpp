@@ -452,9 +452,15 @@ int pointsAcrossFacets(double slope) {
 }
 
 std::vector<int> pointsOfBlocks(const TubeSet& set, bool has_edges) {
-    std::vector<int> out(set.blocks.size(), pointsAcrossLayer(set, has_edges));
+    // What a point misplaces goes with the square of the slope, and counts by the light that is there. One instead of
+    // two points saves little and misplaces more than all the rest: in an aquarium, whose light is thousands of faint
+    // histories, it was 1.95 % off instead of 1.64.
+    const int whole = pointsAcrossLayer(set, has_edges);
+    std::vector<int> out(set.blocks.size());
     for (std::size_t b = 0; b < out.size(); ++b) {
         const TubeBlock& block = set.blocks[b];
+        const double slope = std::sqrt(static_cast<double>(block.share)) * set.rmsSlope();
+        out[b] = std::max(pointsAcrossLayer(slope, has_edges), std::min(2, whole));
         if (!block.faceted) continue;
         double squares = 0, power = 0;
         for (std::size_t t = 0; t < block.topology->triangles.size(); ++t) {

@@ -49,7 +49,8 @@ int pointsAcrossLayer(const TubeSet& tubes, bool has_edges = false);
 /// The same of light that facets throw, which is outlines all over: so many that the edge of a half plane of light is
 /// told within 0.05 % of that light, root mean square over the voxels that it passes.
 int pointsAcrossFacets(double slope_voxels);
-/// Of each block of a set: by the whole set's slope, so that neighbours agree, but of faceted ones by its own.
+/// Of each block of a set: by the whole set's slope, so that neighbours agree, as far as the block's share of the
+/// light makes it count (no fewer than two for its sake), but of faceted ones by its own slope.
 std::vector<int> pointsOfBlocks(const TubeSet& tubes, bool has_edges);
 
 /// Adds the light of `tubes` to `field`, exactly in power: in each layer of voxels the tubes are cut by the layer's

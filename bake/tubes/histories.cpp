@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "bake/paths/light_plane.h"
@@ -13,7 +14,7 @@ namespace {
 
 // Shares of an emission's power: below the first a history is followed for one sample of a light only, below the second
 // it is divided anew from the launched triangles.
-constexpr double kOneSample = 1.0 / 8, kFromRoots = 1.0 / 32;
+constexpr double kOneSample = 1.0 / 8, kFromRoots = 1.0 / 128;
 
 // Triangles that are looked at one by one: in so many blocks of a sample there are enough that differ.
 constexpr std::int64_t kEnoughOfASample = 6000;
@@ -110,6 +111,8 @@ History continued(const History& history, const PathEvent& event) {
     out.push_back(event);
     return out;
 }
+
+double sumOf(const std::vector<double>& parts) { return std::accumulate(parts.begin(), parts.end(), 0.0); }
 
 std::int64_t trianglesOf(const Lattice& lattice) { return 2 * std::int64_t{lattice.columns} * lattice.rows; }
 
@@ -225,6 +228,31 @@ double HistoryLauncher::faintness() const {
     return finer * finer;
 }
 
+// How much of the light that counts so many watts are, at most 1.
+double HistoryLauncher::shareOf(const Light& light, double power) const {
+    const double all = light.emitted * fullShare(optics_, light.emission.surfaceIndex());
+    return all > 0 ? std::clamp(power / all, 0.0, 1.0) : 1.0;
+}
+
+// Whether the second branch of a body's own event is launched for this sample: a faint one is left to the last sample,
+// which takes what the others have left of it. Not for water: what it reflects goes where nothing else does.
+// @param shares  of its parts [W]; they and what is emitted become those of all samples that it stands for
+bool HistoryLauncher::takesSecond(const History& history, std::vector<double>& shares, Light& light) const {
+    constexpr int kThisEvent = -1;  // no surface that it goes on to
+    if (!faint_) return true;
+    const double power = sumOf(shares);
+    if (!takes_faint_) {
+        if (power >= kOneSample * light.emitted) return true;
+        faint_->leave(history, kThisEvent, light.wavelength, power);
+        return false;
+    }
+    if (!(power > 0)) return true;
+    const double times = 1 + faint_->take(history, kThisEvent, light.wavelength) / power;
+    light.emitted *= times;
+    for (double& watts : shares) watts *= times;
+    return true;
+}
+
 void HistoryLauncher::launch(const Emission& emission, const LaunchDomain& domain, LaunchTotals& totals) {
     Emission launched = emission;
     if (const auto plane = lightPlane(optics_, emission)) launched.launchAcross(*plane);
@@ -259,8 +287,11 @@ void HistoryLauncher::begin(Light light, const LaunchDomain& domain, LaunchTotal
     const std::int64_t added = totals.added;
     for (const Branch branch : branches) {
         const History history = {{surface, branch}};
+        const bool on_body = !light.emission.surface().height_field;
+        if (!first_branch && on_body && !takesSecond(history, shares.front(), light)) continue;
         const PathTracer tracer(optics_, light.emission, history, light.wavelength);
-        const LaunchOptions options = optionsFor(history, first_branch);
+        LaunchOptions options = optionsFor(history, first_branch);
+        if (!first_branch && on_body) options.tubes.share = shareOf(light, sumOf(shares.front()));
         Launch tubes(tracer, options, sink_, monitor_);
         totals.seeds.clear();
         for (std::size_t i = 0; i < shares.size(); ++i) {
@@ -358,6 +389,7 @@ void HistoryLauncher::branchAt(const Light& light, const History& history, int s
         const History longer = continued(history, {surface, branch});
         const PathTracer tracer(optics_, light.emission, longer, light.wavelength);
         LaunchOptions options = optionsFor(longer, first_branch);
+        options.tubes.share = shareOf(light, first_branch ? power : sumOf(shares));
         options.from_roots = !totals.launched_parts && power < kFromRoots * faintness() * light.emitted;
         Launch tubes(tracer, options, sink_, monitor_);
         if (branches.size() > 1) tubes.shareWithOther(shares, first_branch);

@@ -77,6 +77,8 @@ private:
                     double power, LaunchTotals& totals);
     void branchAt(const Light& light, const History& history, int surface, const std::vector<TubeSeed>& seeds,
                   double power, LaunchTotals& totals);
+    bool takesSecond(const History& history, std::vector<double>& shares, Light& light) const;
+    double shareOf(const Light& light, double power) const;
     double powerOnAVoxel(const Light& light) const;
     double faintness() const;
     std::vector<glm::dvec3> coloursOf(const Light& light, const History& history, int surface,

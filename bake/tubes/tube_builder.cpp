@@ -194,7 +194,8 @@ void TubeBuilder::closeBlock(int s) {
     if (!open.triangles.empty())
         set.blocks.push_back(
             {BlockTopology::fromTriangles(static_cast<int>(open.params.size()), std::move(open.triangles)),
-             open.first_corner, open.first_tube, optics_->medium(open.medium).extinction(), launch_.faceted});
+             open.first_corner, open.first_tube, optics_->medium(open.medium).extinction(), launch_.faceted,
+             static_cast<float>(launch_.share)});
     open = OpenBlock{};
 }
 

@@ -26,6 +26,7 @@ struct TubeLaunch {
     bool counts_dropped = true;  ///< what an event turns the wrong way: by the last of its branches, whose rays show it
     bool follows_on = false;     ///< light that meets a specular surface is handed on to longer histories
     bool faceted = false;        ///< TubeBlock::faceted
+    double share = 1;            ///< TubeBlock::share
     glm::dvec3 lobe_axis{0};     ///< tubes that travel against it belong to the second lobe; 0: all to the first
 };
 

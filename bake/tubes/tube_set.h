@@ -54,6 +54,7 @@ struct TubeBlock {
     std::uint32_t first_tube = 0;    ///< in TubeSet::tubes
     glm::dvec3 extinction{0};        ///< of the medium that this segment of the paths runs through, per channel [1/m]
     bool faceted = false;            ///< facets have thrown this light: each throws an outline of its own
+    float share = 1;                 ///< of all light that counts, at most what this light's history has
 };
 
 /// Tubes that cross the layers of one grid axis in one sense.

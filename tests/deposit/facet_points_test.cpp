@@ -83,5 +83,17 @@ TEST(FacetPoints, AreTheBlocksOwn) {
     EXPECT_NEAR(four.sum(0) / own.sum(0), 1, 1e-5);
 }
 
+// What a point misplaces counts by the light that is there: faint light is laid at two points instead of four.
+TEST(PointsOfBlocks, AreFewerWhereTheBlocksLightIsFaint) {
+    TubeSet set;
+    for (const float share : {1.0f, 0.5f, 0.05f, 1e-4f}) {
+        addHalfPlane(set, {1, 0}, {0, 0.6}, false);
+        set.blocks.back().share = share;
+    }
+    EXPECT_EQ(pointsOfBlocks(set, true), (std::vector<int>{4, 4, 2, 2}));
+    // Where one does for all of the light it does for some of it.
+    EXPECT_EQ(pointsOfBlocks(set, false), (std::vector<int>{1, 1, 1, 1}));
+}
+
 }  // namespace
 }  // namespace photic

@@ -251,6 +251,23 @@ TEST(Glass, FaintHistoriesAreCheap) {
     EXPECT_LT(glass.bake(beamsMethod()).report.corner_rays, 4 * few);
 }
 
+// The light that a glass ball throws back at its first face is a twelfth of all: one direction of the disc launches it,
+// with the power of all.
+TEST(Glass, WhatABodyThrowsBackIsLaunchedForOneDirectionOfADisc) {
+    GlassScene glass(48, {0.4, 0.1, -1});
+    glass.addSphere({0, 0, 0.3}, 0.4, SurfaceEvent::Both);
+    const BakeResult one = glass.bake(beamsMethod(), option("disc", "off"));
+    glass.scene.lights[0].angular_diameter_deg = 0.53;
+    const BakeResult five = glass.bake(beamsMethod(), option("disc_samples", std::int64_t{5}));
+    EXPECT_LT(five.report.tubes, 3 * one.report.tubes);
+    EXPECT_GT(five.report.tubes, 2 * one.report.tubes);
+    EXPECT_LT(five.report.power.imbalance(), 1e-9);
+    EXPECT_NEAR(five.report.power.escaped / one.report.power.escaped, 1, 2e-3);
+    EXPECT_LT(relativeL1(five.field, one.field), 0.05);
+    // Above the ball there is nothing but sunlight that it throws back.
+    EXPECT_NEAR(five.field.irradiance({0, 0, 22}) / one.field.irradiance({0, 0, 22}), 1, 0.02);
+}
+
 TEST(Glass, ANarrowDiscNeedsFewDirections) {
     GlassScene glass(32, {0.4, 0.1, -1});
     glass.addSphere({0, 0, 0.3}, 0.4, SurfaceEvent::Both);
