@@ -298,7 +298,9 @@ void lookUp(const Scene& scene, const std::string& name, const Face& face, const
             ReceiverPatch& patch) {
     const double voxel = scene.domain.voxel_size;
     constexpr double kRounding = 1e-9;
-    const int points = std::clamp(static_cast<int>(std::ceil(2 * texels.side() / voxel)), 1, 4);
+    // Two a voxel: fewer would tell the folds in a wide texel by chance.
+    constexpr int kMostPoints = 32;
+    const int points = std::clamp(static_cast<int>(std::ceil(2 * texels.side() / voxel)), 1, kMostPoints);
     patch.found.assign(patch.light.size(), 0);
     parallelFor(texels.rows, [&](std::int64_t row) {
         const int j = static_cast<int>(row);
