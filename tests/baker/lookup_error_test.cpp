@@ -179,7 +179,7 @@ TEST(LookupError, IsReachedWithVoxelsNarrowerThanTexels) {
     Scene scene = poolOver(2.0 / 64, 0);
     scene.bake.error = 0.02;
     BakeChoices choices = measured();
-    choices.detail = 0.016;
+    choices.detail = 0.016, choices.seconds = 1000;
     const BakedScene baked = bakeToError(scene, record, choices);
     EXPECT_LT(baked.volume.field.frame().worldFromIndex()[0].x, 0.5 * choices.detail);
     EXPECT_LE(baked.measured.largest(), 0.02);
