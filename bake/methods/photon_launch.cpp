@@ -121,10 +121,12 @@ void PhotonLaunch::addPieces(const Piece& piece, int depth) {
     const glm::dvec3 middle = (at[0] + at[1] + at[2]) / 3.0, to = middle - *light.position;
     const double distance = glm::length(to),
                  lamp = light.type == LightType::Rectangle ? 0.5 * glm::length(light.size) : 0;
-    double reach = lamp;
-    for (const glm::dvec3& corner : at) reach = std::max(reach, lamp + glm::length(corner - middle));
+    double radius = 0;
+    for (const glm::dvec3& corner : at) radius = std::max(radius, glm::length(corner - middle));
+    const double reach = lamp + radius;
     double strength = 1;
-    bool small = reach <= kSmall * distance;
+    // A lamp with a face lights what is near to it evenly over its own width.
+    bool small = radius <= kSmall * std::max(distance, lamp);
     if (light.type == LightType::Spot && distance > reach) {
         // The least angle from the axis at which light can come here.
         const double off = std::acos(std::clamp(glm::dot(to, light.direction) / distance, -1.0, 1.0)),

@@ -216,6 +216,21 @@ TEST(Glass, FewPhotonsFindALampOverACoarseMesh) {
     lamp.type = LightType::Point, lamp.position = glm::dvec3(0, 0, -0.69);
     const double half2 = 0.9 * 0.9, top = 4 * std::asin(half2 / (half2 + 1e-4));
     EXPECT_NEAR(emitted() / top, 1, 0.01) << "point";
+    // A lamp with a face, nearer than it is wide: by its form factor, over centres of 40 parts a side.
+    lamp.type = LightType::Rectangle, lamp.position = glm::dvec3(0, 0, -0.4), lamp.direction = {0, 0, -1};
+    lamp.tangent = {1, 0, 0}, lamp.size = {1, 1}, lamp.power = glm::dvec3(1);
+    constexpr int kParts = 40;
+    const auto centre = [](int i, double wide) { return ((i + 0.5) / kParts - 0.5) * wide; };
+    double factor = 0;
+    for (int i = 0; i < kParts; ++i)
+        for (int j = 0; j < kParts; ++j)
+            for (int k = 0; k < kParts; ++k)
+                for (int l = 0; l < kParts; ++l) {
+                    const glm::dvec3 to(centre(k, 1.8) - centre(i, 1), centre(l, 1.8) - centre(j, 1), -0.3);
+                    factor += 0.09 / std::pow(glm::dot(to, to), 2);
+                }
+    factor *= 1.8 * 1.8 / (std::numbers::pi * std::pow(kParts, 4));
+    EXPECT_NEAR(emitted() / factor, 1, 0.01) << "rectangle";
 }
 
 TEST(Glass, ANarrowSpotSendsWhatItsConeDoes) {
